@@ -181,6 +181,30 @@ inline constexpr double kOuterArcAngle = 0.4, kOuterFaceAngle = 0.5;
 /// rim_distance, radians, up to which samples inside faces fade out towards the rim.
 inline constexpr double kOuterFadeWidth = 0.15;
 
+// Gaps too narrow for the rolling ball (narrow_gaps.cpp) --------------------------------------------------------------
+
+/// Cosine of the angle between the directions away from two balls from which these are opposite, and from which in
+/// full. Chosen so that the dimples of a level surface, where more is opposite, stay closed.
+inline constexpr double kOppositeBegins = -0.5, kOppositeFull = -0.9;
+/// How much larger a ball may be, dx, that touches the opposite side; up to 0 in full.
+inline constexpr double kOppositeExcess = 0.4;
+/// Radii of the ball in the gap from which it counts and from which in full, dx. Chosen: smaller ones show more of a
+/// gap, but in tunnels they make the surface jump.
+inline constexpr double kTightGap = 0.3, kWideGap = 1.2;
+/// Radius of the circle in which two balls meet, in radii of a ball, from which its points count in full.
+inline constexpr double kFullHeight = 0.3;
+/// Radians from which the middle of an arc counts in full; below it fades with the arc.
+inline constexpr double kFullArc = 0.2;
+/// What samples that fade lose of their square radius, square dx: with it, they are out of reach of every vertex that
+/// another ball reaches, derived from kReachFade.
+inline constexpr double kGapFade = 1.2;
+/// Part of its square radius that a ball loses as it becomes as large as the rolling one, and the share from which on:
+/// where the outer boundary begins, its samples are farther apart.
+inline constexpr double kGapEnd = 0.1, kGapEndBegins = 0.8;
+/// Mean offset of samples, in square radii of the rolling ball, over which vertices cease to be raised to them and to
+/// have their velocity.
+inline constexpr double kGapOffset = 0.2;
+
 // Retraction to the skin (retract.cpp); lengths in dx -----------------------------------------------------------------
 
 /// Outer samples so much farther away than the nearest one contribute to the direction. Wide enough to vary slowly,

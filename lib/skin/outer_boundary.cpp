@@ -147,6 +147,39 @@ void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
 
 }  // namespace
 
+std::vector<DualVec3> unfadedPoints(const ArcNetwork& network) {
+    std::vector<DualVec3> point = network.point;
+    for (const FadingVertex& fading : network.fading) point[fading.vertex] = fading.unfaded;
+    return point;
+}
+
+std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwork& network,
+                                   const std::vector<DualVec3>& unfaded, double spacing) {
+    std::vector<float> weight(unfaded.size(), 0);
+    const auto addSegment = [&](std::size_t line, std::uint32_t from, std::uint32_t to) {
+        const double unit = spacing * network.scaleOfLine(line, boundary);
+        const double length = (unfaded[from].position - unfaded[to].position).length() / unit;
+        for (const std::uint32_t end : {from, to}) weight[end] += static_cast<float>(length / 2);
+    };
+    for (std::size_t a = 0; a < network.arc_start.size(); ++a) {
+        std::uint32_t last = network.arc_start[a] / 3;
+        for (std::uint32_t p = network.arc_begin[a]; p < network.arc_begin[a + 1]; ++p)
+            addSegment(a, std::exchange(last, p), p);
+        addSegment(a, last, boundary.twin[network.arc_start[a]] / 3);
+    }
+    for (std::size_t k = 0; k + 1 < network.circle_begin.size(); ++k) {
+        std::uint32_t last = network.circle_begin[k + 1] - 1;
+        for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
+            addSegment(network.arc_start.size() + k, std::exchange(last, p), p);
+    }
+    for (const FadingVertex& fading : network.fading) {
+        const float moved = weight[fading.vertex] * static_cast<float>(1 - fading.fade.value);
+        weight[fading.vertex] -= moved;
+        for (const std::size_t k : {0U, 1U}) weight[fading.anchor[k]] += moved / 2;
+    }
+    return weight;
+}
+
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
                           const SkinLengths& lengths, double spacing) {
     const double radius = lengths.outer() * spacing;
@@ -160,7 +193,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     ArcSubdivision subdivision;
     subdivision.max_angle = kOuterArcAngle;
     subdivision.appearance = Appearance::gradual;
-    ArcNetwork network = arcPoints(outer, balls, boundaryVertices(all, larger, outer, balls), subdivision);
+    const ArcNetwork network = arcPoints(outer, balls, boundaryVertices(all, larger, outer, balls), subdivision);
     const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
 
     OuterSamples samples;
@@ -172,33 +205,13 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
         samples.scale.resize(samples.growth.size(), 1);
     }
     const bool have_growth = !outer.radius_rate.empty(), have_scales = have_growth || !outer.radius_of.empty();
-    samples.point = std::move(network.point);
-    for (const FadingVertex& fading : network.fading) samples.point[fading.vertex] = fading.unfaded;
+    samples.point = unfadedPoints(network);
     const std::size_t on_arcs = samples.point.size();
-    samples.weight.assign(on_arcs, 0);
-    samples.fading.assign(on_arcs, 0);
-    const auto addSegment = [&](std::size_t line, std::uint32_t from, std::uint32_t to) {
-        const double unit = spacing * network.scaleOfLine(line, outer);
-        const double length = (samples.point[from].position - samples.point[to].position).length() / unit;
-        for (const std::uint32_t end : {from, to}) samples.weight[end] += static_cast<float>(length / 2);
-    };
-    for (std::size_t a = 0; a < network.arc_start.size(); ++a) {
-        std::uint32_t last = network.arc_start[a] / 3;
-        for (std::uint32_t p = network.arc_begin[a]; p < network.arc_begin[a + 1]; ++p)
-            addSegment(a, std::exchange(last, p), p);
-        addSegment(a, last, outer.twin[network.arc_start[a]] / 3);
-    }
-    for (std::size_t k = 0; k + 1 < network.circle_begin.size(); ++k) {
-        std::uint32_t last = network.circle_begin[k + 1] - 1;
-        for (std::uint32_t p = network.circle_begin[k]; p < network.circle_begin[k + 1]; ++p)
-            addSegment(network.arc_start.size() + k, std::exchange(last, p), p);
-    }
-    for (const FadingVertex& fading : network.fading) {  // what they lack of their weight belongs to their neighbours
-        const auto rest = static_cast<float>(1 - fading.fade.value), moved = samples.weight[fading.vertex] * rest;
-        samples.fading[fading.vertex] = rest;
-        samples.weight[fading.vertex] -= moved;
-        for (const std::size_t k : {0U, 1U}) samples.weight[fading.anchor[k]] += moved / 2;
-    }
+    samples.weight = weightsOfPoints(outer, network, samples.point, spacing);
+    const float offset = samples.scale.empty() ? kNewSampleSquaredOffset : kNewSampleSquaredOffsetOfUnequal;
+    samples.squared_offset.assign(on_arcs, 0);
+    for (const FadingVertex& fading : network.fading)
+        samples.squared_offset[fading.vertex] = offset * static_cast<float>(1 - fading.fade.value);
     samples.exposure.assign(on_arcs, 0);
     const double face_area = 4 * std::numbers::pi * radius * radius / direction_count / (spacing * spacing);
     for (std::size_t b = 0; b < balls.size(); ++b) {
@@ -209,7 +222,7 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
             if (inside.contactOf(p) || !(fade > 0)) continue;
             samples.point.push_back(balls[b] + inside.outwards(p) * of_ball);
             samples.weight.push_back(static_cast<float>(face_area * fade));
-            samples.fading.push_back(static_cast<float>(1 - fade));
+            samples.squared_offset.push_back(offset * static_cast<float>(1 - fade));
             exposed += fade;
         }
         samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));

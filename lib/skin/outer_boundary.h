@@ -5,6 +5,7 @@
 #include "base/dual.h"
 #include "betamesh/particles.h"
 #include "exact/snapped_particles.h"
+#include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/skin_lengths.h"
 
@@ -16,12 +17,22 @@ namespace betamesh {
 struct OuterSamples {
     std::vector<DualVec3> point;  ///< world units, world units per second
     std::vector<float> weight;    ///< >= 0: length of arc in particle spacings there, or area of face in their squares
-    std::vector<float> fading;    ///< 0 for a permanent sample, near 1 for one that has just appeared
+    /// Added to squared distances from the sample, in squared spacings there: 0 for a permanent sample, more for one
+    /// that has just appeared, or where a smaller ball rolls.
+    std::vector<float> squared_offset;
     std::vector<float> exposure;  ///< inside faces the exposed share of the ball, 0 to 1; 0 on arcs
     std::vector<float> scale;     ///< of the ball that rolls there, in those beside the largest balls; empty: all 1
     std::vector<float> growth;    ///< of the ball that rolls there: change of its radius, world units per second; empty
                                   ///< where no ball changes, otherwise `scale` is not
 };
+
+/// The points of a network, with those that fade in in full: on the arc.
+std::vector<DualVec3> unfadedPoints(const ArcNetwork& network);
+
+/// For each point of a network the length of its arcs that it stands for, in spacings of these. What points that fade
+/// in lack of it belongs to their neighbours.
+std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwork& network,
+                                   const std::vector<DualVec3>& unfaded, double spacing);
 
 /// Samples the boundary of the union of balls of radius outer() around the same particles. Balls of one radius that are
 /// covered at the smaller radius are covered at the larger one, too; only those exposed in `boundary` are examined.

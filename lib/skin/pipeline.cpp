@@ -12,6 +12,7 @@
 #include "skin/limit_velocities.h"
 #include "skin/meetings.h"
 #include "skin/merge_vertices.h"
+#include "skin/narrow_gaps.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
 #include "skin/self_intersections.h"
@@ -54,8 +55,10 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
         arcPoints(boundary, balls, boundaryVertices(particles, structure.snapped, boundary, balls), subdivision);
     FacePoints points = facePoints(structure.snapped, boundary, balls, std::move(structure.directions));
     if (hasSkin(params)) {
-        base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), particleSpacing(params));
-        base.meetings = meetings(boundary, network, points, particleSpacing(params));
+        const double spacing = particleSpacing(params);
+        base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
+        addNarrowGaps(boundary, balls, network, points, skinLengths(params), spacing, base.outer);
+        base.meetings = meetings(boundary, network, points, spacing);
         base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
     }
     std::exchange(structure.snapped, {});  // large

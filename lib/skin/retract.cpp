@@ -26,7 +26,7 @@ double extraDepth(double exposure) {
 
 // The last fields, the inverse of the particle spacing at the sample and the change of the rolling ball's radius over
 // that radius, exist only where spacings differ.
-enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kFading, kInverseScale, kGrowth };
+enum Field { kX, kY, kZ, kVx, kVy, kVz, kWeight, kExtra, kOffset, kInverseScale, kGrowth };
 template <bool kScaled>
 constexpr std::size_t kFieldsOf = kScaled ? kGrowth + 1 : kInverseScale;
 template <bool kScaled>
@@ -35,7 +35,17 @@ using Samples = SampleRuns<kFieldsOf<kScaled>>;
 // Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra; and
 // the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, the
 // last sums are Σ w / spacing and Σ w growth, and v has the growth of the rolling ball towards x.
-enum Sum { kAway, kVelocity = kAway + 3, kWeights = kVelocity + 3, kExtras, kNearest, kInverseScales, kGrowths, kSums };
+enum Sum {
+    kAway,
+    kVelocity = kAway + 3,
+    kWeights = kVelocity + 3,
+    kExtras,
+    kOffsets,
+    kNearest,
+    kInverseScales,
+    kGrowths,
+    kSums
+};
 template <bool kScaled>
 struct OuterSums {
     Samples<kScaled> samples;
@@ -52,7 +62,7 @@ struct OuterSums {
         const auto setSquare = [](const auto& f, const Pack(&p)[3], Pack& square) __attribute__((always_inline)) {
             square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
             if constexpr (kScaled) square *= f[kInverseScale] * f[kInverseScale];
-            square += f[kFading];
+            square += f[kOffset];
         };
         samples.forEach(
             x, [&](const auto& f, const Pack(&p)[3]) __attribute__((always_inline)) {
@@ -88,6 +98,7 @@ struct OuterSums {
                 sum[kVelocity + 2] += w * f[kVz];
                 sum[kWeights] += w;
                 sum[kExtras] += w * f[kExtra];
+                sum[kOffsets] += w * f[kOffset];
             });
         sum[kNearest] = nearest;
         setLanes<kWidth>(sums, first, sum);
@@ -100,7 +111,8 @@ struct Approach {
     float gap = 0;       // displacement along it that gives the right depth; negative where the vertex is too deep
     float in_reach = 0;  // 1, fading to 0 deep below the skin
     Vec3f velocity{0};   // of the skin there
-    float distance = 0;  // to the nearest outer sample, in spacings there; larger for samples that fade
+    float distance = 0;  // to the nearest outer sample, in spacings there; larger for those with an offset
+    float of_outer = 0;  // 1; 0 where a much smaller ball rolls
     float scale = 1;     // particle spacing there
     float growth = 0;    // its rate, over the spacing; 1 / s
 };
@@ -135,14 +147,13 @@ private:
         groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
         position_ = inOrder(position_, order);
         groups_.fitBoxes(position_);
-        const float offset = kScaled ? kNewSampleSquaredOffsetOfUnequal : kNewSampleSquaredOffset;
         const auto fill = [&](std::uint32_t i, SampleFields<kFieldsOf<kScaled>>& f) {
             const std::uint32_t row = order[i];
             const Vec3f velocity(samples.point[row].velocity);
             f[kVx] = velocity.x, f[kVy] = velocity.y, f[kVz] = velocity.z;
             f[kWeight] = samples.weight[row];
             f[kExtra] = lengths.volume_true ? static_cast<float>(extraDepth(samples.exposure[row])) : 0;
-            f[kFading] = samples.fading[row] * offset;
+            f[kOffset] = samples.squared_offset[row];
             if constexpr (kScaled) {
                 const float scale = samples.scale[row];
                 f[kInverseScale] = 1 / scale;
@@ -153,13 +164,18 @@ private:
     }
 
     Approach approachOf(const Lanes (&sums)[kSums], std::size_t lane) const {
-        const double distance = std::sqrt(static_cast<double>(sums[kNearest][lane]));
-        const double in_reach = 1 - smoothStep((distance - rolling_) / kReachFade).value;
+        const double nearest = sums[kNearest][lane], reached = std::sqrt(nearest);
+        double in_reach = 1 - smoothStep((reached - rolling_) / kReachFade).value;
         const float weight = sums[kWeights][lane];
-        if (!(in_reach > 0) || !(weight > 0)) return Approach{.distance = static_cast<float>(distance)};
+        if (!(in_reach > 0) || !(weight > 0)) return Approach{.distance = static_cast<float>(reached)};
         const auto vector = [&](int s) { return Vec3f(sums[s][lane], sums[s + 1][lane], sums[s + 2][lane]); };
         const Vec3f away = vector(kAway);
-        const double depth = rolling_ - distance - sums[kExtras][lane] / static_cast<double>(weight);
+        const double offset = sums[kOffsets][lane] / static_cast<double>(weight), square = rolling_ * rolling_;
+        const double distance = std::sqrt(std::max(0.0, nearest - offset));
+        const double rolling = std::sqrt(std::max(0.0, square - offset));  // radius of the ball that rolls here
+        const double depth = rolling - distance - sums[kExtras][lane] / static_cast<double>(weight);
+        const double of_outer = 1 - smoothStep(offset / (kGapOffset * square)).value;
+        if (depth < 0) in_reach *= of_outer;
         // Between the two sides of a hole, the distance grows only by this share of a step.
         const double gain = std::clamp(away.length() / (weight * std::max(distance, kMinDistance)), kLeastGain, 1.0);
         const double scale = kScaled ? weight / static_cast<double>(sums[kInverseScales][lane]) : 1;
@@ -167,7 +183,8 @@ private:
                 static_cast<float>(depth / gain * scale),
                 static_cast<float>(in_reach),
                 vector(kVelocity) / weight,
-                static_cast<float>(distance),
+                static_cast<float>(reached),
+                static_cast<float>(of_outer),
                 static_cast<float>(scale),
                 sums[kGrowths][lane] / weight};
     }
@@ -226,7 +243,7 @@ public:
         std::vector<Vec3f> velocity(surface_.size());
         parallelFor(velocity.size(), 4096, [&](std::size_t v) {
             const Vec3f own(surface_.mesh().vertex[v].velocity);
-            velocity[v] = own + (approach_[v].velocity - own) * approach_[v].in_reach;
+            velocity[v] = own + (approach_[v].velocity - own) * (approach_[v].in_reach * approach_[v].of_outer);
         });
         velocity = surface_.kernelMeans(kVelocityKernel, velocity);
         if (with_growth) addGrowth(velocity);

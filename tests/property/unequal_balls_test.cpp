@@ -13,6 +13,7 @@
 #include "skin/face_points.h"
 #include "skin/faces.h"
 #include "skin/features.h"
+#include "skin/narrow_gaps.h"
 #include "skin/outer_boundary.h"
 #include "skin/retract.h"
 #include "skin/self_intersections.h"
@@ -115,10 +116,11 @@ Mesh skinned(const UnequalCloud& cloud, double spacing, const std::vector<Wall>&
     groupFaces(snapped, boundary);
     const std::vector<DualVec3> balls = ballCentres(boundary, cloud.particles);
     const ArcSubdivision subdivision = arcSubdivision(params);
-    const OuterSamples outer = outerSamples(cloud.particles, snapped, boundary, skinLengths(params), spacing);
+    OuterSamples outer = outerSamples(cloud.particles, snapped, boundary, skinLengths(params), spacing);
     ArcNetwork network =
         arcPoints(boundary, balls, boundaryVertices(cloud.particles, snapped, boundary, balls), subdivision);
     FacePoints points = facePoints(snapped, boundary, balls, std::move(directions));
+    addNarrowGaps(boundary, balls, network, points, skinLengths(params), spacing, outer);
     BetaMesh mesh = completeTessellation(boundary, balls, std::move(network), std::move(points), subdivision);
     mesh.rim_distance.clear();
     DeformingMesh surface(mesh, spacing);

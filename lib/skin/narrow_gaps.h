@@ -1,0 +1,35 @@
+// Samples between parts of the liquid that are too close for the rolling ball to fit between them.
+
+#pragma once
+
+#include "base/dual.h"
+#include "skin/arcs.h"
+#include "skin/ball_boundary.h"
+#include "skin/face_points.h"
+#include "skin/outer_boundary.h"
+#include "skin/skin_lengths.h"
+
+#include <vector>
+
+namespace betamesh {
+
+/// Adds samples to those of the outer boundary, which does not reach into gaps narrower than its balls. Otherwise the
+/// surface would stay on the balls of the joining radius there: two sheets that come near would become thick at once.
+///
+/// In a gap a smaller ball rolls, of radius sqrt(d² - a²) at a point in distance d from the nearest particle and of
+/// those in the middle of the gap, where a is the joining radius. It is as large as the rolling ball where d is the
+/// outer radius, and vanishes where the balls of the joining radius meet. So the surface moves gradually as a gap
+/// closes, and the gap remains open until they do.
+///
+/// From each point of the boundary, samples lie where the ray away from its balls is as near to another ball, if that
+/// one is opposite. OuterSamples::squared_offset tells how much smaller their rolling balls are.
+///
+/// in      the boundary with its balls, points on its arcs and inside its faces; lengths: in spacings; spacing: of the
+///         particles with the largest balls, world units
+/// same    result for any thread count and particle order
+/// cost    O(points · exposed balls within two outer radii)
+/// source  medial axes by shrinking balls: Ma, Bae, Choi 2012
+void addNarrowGaps(const BallBoundary& boundary, const std::vector<DualVec3>& balls, const ArcNetwork& network,
+                   const FacePoints& points, const SkinLengths& lengths, double spacing, OuterSamples& samples);
+
+}  // namespace betamesh
