@@ -1,7 +1,6 @@
 #include "skin/narrow_gaps.h"
 
 #include "base/cell_grid.h"
-#include "base/intersection_circle.h"
 #include "base/parallel.h"
 #include "skin/constants.h"
 
@@ -80,20 +79,22 @@ private:
     std::size_t arcs() const { return network_.arc_start.size(); }
     Ray onLine(std::size_t line, const Vec3& origin, double share, double weight) const {
         const std::array<std::uint32_t, 2>& balls = network_.line[line].balls;
-        const Vec3 from = balls_[balls[0]].position, outwards = origin - from;
-        const Vec3 axis = (balls_[balls[1]].position - from).normalized();
+        const Vec3 from = balls_[balls[0]].position, outwards = origin - from, axis = axisOf(balls);
         const Vec3 direction = (outwards - axis * dot(axis, outwards)).normalized();
         return {origin, direction, balls, dot(direction, outwards), share, weight};
     }
     Ray inMiddle(std::size_t arc) const {
-        const auto [low, high] = network_.line[arc].balls;
-        IntersectionCircle circle(balls_[low], boundary_.worldRadiusOf(low), balls_[high],
-                                  boundary_.worldRadiusOf(high));
-        circle.setZeroTowards(network_.point[network_.arc_start[arc] / 3]);
-        const Dual angle = network_.arc_angle[arc];
-        const DualVec3 middle = circle.centre() + circle.outwards(angle * 0.5) * circle.radius();
+        const std::array<std::uint32_t, 2>& balls = network_.line[arc].balls;
+        const Vec3 from = balls_[balls[0]].position, axis = axisOf(balls);
+        const Vec3 to_start = network_.point[network_.arc_start[arc] / 3].position - from;
+        const Vec3 along = axis * dot(axis, to_start), radius = to_start - along;
+        const double angle = network_.arc_angle[arc].value;
+        const Vec3 to_middle = radius * std::cos(angle / 2) + cross(axis, radius) * std::sin(angle / 2);
         const double length = network_.line[arc].length.value / (spacing_ * network_.scaleOfLine(arc, boundary_));
-        return onLine(arc, middle.position, smoothStep(angle.value / kFullArc).value, length / 2);
+        return onLine(arc, from + along + to_middle, smoothStep(angle / kFullArc).value, length / 2);
+    }
+    Vec3 axisOf(const std::array<std::uint32_t, 2>& balls) const {
+        return (balls_[balls[1]].position - balls_[balls[0]].position).normalized();
     }
     Ray insideFace(std::uint32_t p) const {
         const std::uint32_t ball = ball_[p];
