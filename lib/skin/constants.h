@@ -193,8 +193,9 @@ inline constexpr double kOppositeExcess = 0.4;
 inline constexpr double kTightGap = 0.3, kWideGap = 1.2;
 /// Radius of the circle in which two balls meet, in radii of a ball, from which its points count in full.
 inline constexpr double kFullHeight = 0.3;
-/// Radians from which the middle of an arc counts in full; below it fades with the arc.
-inline constexpr double kFullArc = 0.2;
+/// Radians from which the middle of an arc counts in full, from which less, and from which no longer: long arcs have
+/// points of their own, which change less than their middles do where a ball cuts them in two.
+inline constexpr double kFullArc = 0.2, kLongArc = 0.6, kLongestArc = 1;
 /// What samples that fade lose of their square radius, square dx: with it, they are out of reach of every vertex that
 /// another ball reaches, derived from kReachFade.
 inline constexpr double kGapFade = 1.2;

@@ -35,7 +35,7 @@ struct GapSample {
     std::uint32_t ball;
 };
 
-// Rays from the points inside arcs and on circles, then from the middles of all arcs, then from points inside faces.
+// Rays from the points inside arcs and on circles, then from the middles of short arcs, then from points inside faces.
 // None from vertices: where four balls meet, vertices with rays in other directions replace them.
 class Rays {
 public:
@@ -91,7 +91,9 @@ private:
         const double angle = network_.arc_angle[arc].value;
         const Vec3 to_middle = radius * std::cos(angle / 2) + cross(axis, radius) * std::sin(angle / 2);
         const double length = network_.line[arc].length.value / (spacing_ * network_.scaleOfLine(arc, boundary_));
-        return onLine(arc, from + along + to_middle, smoothStep(angle / kFullArc).value, length / 2);
+        const double share =
+            smoothStep(angle / kFullArc).value * (1 - smoothStep((angle - kLongArc) / (kLongestArc - kLongArc)).value);
+        return onLine(arc, from + along + to_middle, share, length / 2);
     }
     Vec3 axisOf(const std::array<std::uint32_t, 2>& balls) const {
         return (balls_[balls[1]].position - balls_[balls[0]].position).normalized();
