@@ -196,9 +196,6 @@ inline constexpr double kFullHeight = 0.3;
 /// Radians from which the middle of an arc counts in full, from which less, and from which no longer: long arcs have
 /// points of their own, which change less than their middles do where a ball cuts them in two.
 inline constexpr double kFullArc = 0.2, kLongArc = 0.6, kLongestArc = 1;
-/// What samples that fade lose of their square radius, square dx: with it, they are out of reach of every vertex that
-/// another ball reaches, derived from kReachFade.
-inline constexpr double kGapFade = 1.2;
 /// Part of its square radius that a ball loses as it becomes as large as the rolling one, and the share from which on:
 /// where the outer boundary begins, its samples are farther apart.
 inline constexpr double kGapEnd = 0.1, kGapEndBegins = 0.8;

@@ -147,11 +147,13 @@ public:
                         smoothStep((std::sqrt(power) / unit - kTightGap) / (kWideGap - kTightGap)).value;
         if (!(is_gap > 0)) return std::nullopt;
         const Vec3 end = ray.origin + ray.direction * length;
-        is_gap *= opposition(end, ray.direction, std::sqrt(power), near);
+        is_gap *= opposition(end, ray.direction, std::sqrt(power), unit, near);
         if (!(is_gap > 0)) return std::nullopt;
         const double reduction = 1 - kGapEnd * smoothStep((part - kGapEndBegins) / (1 - kGapEndBegins)).value;
         const double widening = 1 + length / radius;
-        const double square = is_gap * reduction * part * part * square_outer - (1 - is_gap) * kGapFade * unit * unit;
+        // A ball of this square radius is out of reach of every vertex that another one reaches.
+        const double reach_fade = kReachFade * unit, none = -reach_fade * (2 * std::sqrt(own_square) + reach_fade);
+        const double square = is_gap * reduction * part * part * square_outer + (1 - is_gap) * none;
         return GapSample{end, ray.weight * widening * widening, square, ball};
     }
 
@@ -165,8 +167,8 @@ private:
         return radius * radius;
     }
     // 0 … 1: whether some ball that is hardly farther away than the nearest is opposite.
-    // root: of the power of the nearest
-    double opposition(const Vec3& point, const Vec3& direction, double root,
+    // root: of the power of the nearest; unit: particle spacing there
+    double opposition(const Vec3& point, const Vec3& direction, double root, double unit,
                       std::span<const std::uint32_t> near) const {
         double most = 0;
         for (const std::uint32_t b : near) {
@@ -175,7 +177,7 @@ private:
             if (!(along < kOppositeBegins)) continue;
             const double excess = std::sqrt(std::max(0.0, square - squareRadius(b))) - root;
             most = std::max(most, smoothStep((along - kOppositeBegins) / (kOppositeFull - kOppositeBegins)).value *
-                                      (1 - smoothStep(excess / (kOppositeExcess * spacing_)).value));
+                                      (1 - smoothStep(excess / (kOppositeExcess * unit)).value));
         }
         return most;
     }

@@ -21,8 +21,9 @@ namespace betamesh {
 /// outer radius, and vanishes where the balls of the joining radius meet. So the surface moves gradually as a gap
 /// closes, and the gap remains open until they do.
 ///
-/// From each point of the boundary, samples lie where the ray away from its balls is as near to another ball, if that
-/// one is opposite. OuterSamples::squared_offset tells how much smaller their rolling balls are.
+/// From points inside arcs and faces, samples lie where the ray away from their balls is as near to another ball, if
+/// that one is opposite. OuterSamples::squared_offset tells how much smaller their rolling balls are. Samples have the
+/// velocity of the ball at which their ray begins; that the rolling ball shrinks as a gap closes is not in it.
 ///
 /// in      the boundary with its balls, points on its arcs and inside its faces; lengths: in spacings; spacing: of the
 ///         particles with the largest balls, world units

@@ -32,9 +32,10 @@ constexpr std::size_t kFieldsOf = kScaled ? kGrowth + 1 : kInverseScale;
 template <bool kScaled>
 using Samples = SampleRuns<kFieldsOf<kScaled>>;
 
-// Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra; and
-// the squared distance of the nearest. Where spacings differ, offsets and distances are in spacings at the sample, the
-// last sums are Σ w / spacing and Σ w growth, and v has the growth of the rolling ball towards x.
+// Sums over the outer samples in a band beyond the nearest one, with weights w: Σ w (x - y), Σ w v, Σ w, Σ w extra,
+// Σ w offset; and the squared distance of the nearest, with its offset. Where spacings differ, offsets and distances
+// are in spacings at the sample, the last sums are Σ w / spacing and Σ w growth, and v has the growth of the rolling
+// ball towards x.
 enum Sum {
     kAway,
     kVelocity = kAway + 3,

@@ -146,8 +146,7 @@ TEST(RealFrames, EventsAgreeWithTheTopologyOfTheBallsAroundThem) {
 }
 
 // Splashing liquid, between two frames of an SPH simulation, in steps of at most 0.012 particle spacings. Most steps
-// have a place where the surface moves farther than particles: where crossings are removed, and where cavities close
-// that the rolling ball had entered.
+// have a place where the surface moves farther than particles, as where crossings are removed.
 TEST(RealFrames, TheSkinHardlyJumpsInSmallSteps) {
     const std::filesystem::path folder = kShared / "data/sph_dam3d";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no frames at " << folder;
