@@ -265,6 +265,7 @@ DiscSamples boundarySamples(const DiscBoundary& boundary, const std::vector<Dual
     DiscSamples samples;
     const auto add = [&](std::uint32_t disc, Dual begin, Dual end) {
         samples.sample.push_back(arcSample(discs[disc], boundary.worldRadiusOf(disc), begin, end));
+        samples.disc.push_back(disc);
         if (boundary.hasScales()) samples.scale.push_back(boundary.movingScaleOf(disc));
     };
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {

@@ -76,7 +76,8 @@ DiscBoundary discBoundary(const SnappedParticles& particles);
 /// Samples of the boundary of discs.
 struct DiscSamples {
     BoundarySamples sample;
-    std::vector<Dual> scale;  ///< radius of each sample's disc, in radii of the largest; empty: all 1
+    std::vector<std::uint32_t> disc;  ///< of each sample
+    std::vector<Dual> scale;          ///< radius of that disc, in radii of the largest; empty: all 1
 };
 
 /// Samples of the boundary: all arcs and isolated circles, cut at `directions` fixed directions from each centre. A

@@ -26,12 +26,21 @@ struct CurveSkin {
     double reach() const;  ///< distance from the curve within which the outer boundary influences it
 };
 
+/// A point in a gap that is too narrow for the rolling disc, where a smaller one rolls.
+struct GapPoint {
+    DualVec3 position;
+    Dual weight;          ///< world units of length
+    Dual squared_offset;  ///< added to square distances from it, which are divided by the square of the scale there
+    Dual scale;           ///< radius of the disc it belongs to, in radii of the largest
+};
+
 /// The boundary of discs of the outer radius, from which depth is measured.
 struct OuterBoundary {
     BoundarySamples samples;        ///< a tenth of a spacing apart
     std::vector<DualVec3> corners;  ///< intersections of two circles
     std::vector<Dual> scale;        ///< of the samples and then of the corners: radius of the disc there, in radii of
                                     ///< the largest; empty: all 1
+    std::vector<GapPoint> gaps;     ///< points where smaller discs roll
 };
 
 /// Moves vertices from the boundary of discs of radius `joining` inwards until they are rolling() - extra_skin(x) deep

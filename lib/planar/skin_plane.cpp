@@ -8,6 +8,7 @@
 #include "planar/boundary_curves.h"
 #include "planar/curve_displacement.h"
 #include "planar/disc_boundary.h"
+#include "planar/gap_points.h"
 #include "planar/keep_inside.h"
 #include "planar/retract.h"
 #include "planar/skin_smoothing.h"
@@ -146,7 +147,7 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
         const double largest = outer.worldRadius() / skin.outer();
         for (Dual& scale : samples.scale) scale = scale * largest;
     }
-    OuterBoundary result{std::move(samples.sample), std::move(corners), std::move(samples.scale)};
+    OuterBoundary result{std::move(samples.sample), std::move(corners), std::move(samples.scale), {}};
     if (!have_sizes) return result;
     std::vector<DualVec3> moving;
     std::vector<double> scale;
@@ -170,11 +171,13 @@ std::vector<DeepPoint> deepPoints(const SnappedParticles& snapped, const SkinPar
 
 // Moves the curve from the boundary of discs inwards to the skin. The skin is thicker around isolated particles.
 void moveToSkin(const SizedParticles& sized, const SnappedParticles& snapped, const DiscBoundary& boundary,
-                const SkinParams& params, BetaCurve& curve) {
+                const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices, const SkinParams& params,
+                BetaCurve& curve) {
     const Particles& particles = sized.particles;
     const CurveSkin skin{params.radius, effectiveSkin(params), lengthUnit(params)};
     smoothScales(curve, skin.spacing);
-    const OuterBoundary outer = outerBoundary(sized, snapped, boundary, skin);
+    OuterBoundary outer = outerBoundary(sized, snapped, boundary, skin);
+    outer.gaps = gapPoints(boundary, discs, vertices, skin);
     const double extra = isolatedSkinDepth(params) - skinDepth(params, 2);
     std::optional<IsolationField> isolation;
     if (extra > 0) {
@@ -309,7 +312,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
         plane.pure = curve.pure;
         watch(Stage::tessellate);
         const std::vector<DualVec3> on_discs = curve.vertex;
-        if (skinDepth(params, 2) > 0) moveToSkin(sized, snapped, boundary, params, curve);
+        if (skinDepth(params, 2) > 0) moveToSkin(sized, snapped, boundary, discs, vertices, params, curve);
         if (params.surface == SurfaceKind::beta) smooth(boundary, discs, vertices, params, curve);
         if (skinDepth(params, 2) > 0)
             keepInside(deepPoints(snapped, params), on_discs, params.radius, lengthUnit(params) * curve.leastScale(),

@@ -326,6 +326,25 @@ TEST(SkinPlane, TheSkinEnclosesTheAreaOfTheParticles) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) EXPECT_NEAR(areaOf(lattice(20, 20, 0.25, seed)), 1.01, 0.04) << seed;
 }
 
+// Down to a gap into which a disc of one spacing fits; the rolling disc has a radius of two.
+TEST(SkinPlane, RowsThatComeNearStayThin) {
+    const auto areaAt = [](double gap) {
+        Random random(3);
+        Particles rows;
+        for (int row = 0; row < 2; ++row)
+            for (int x = 0; x < 40; ++x)
+                rows.position.emplace_back(Vec3(x, row * gap, 0) + random.cube() * Vec3(0.2, 0.2, 0));
+        return measureCurves(skinPlane(rows, paramsFor({"", rows, 1.5})).curves).area;
+    };
+    const double apart = areaAt(8);
+    for (double gap = 3.75; gap < 6; gap += 0.25) {
+        SCOPED_TRACE(testing::Message() << "gap of " << gap);
+        const double skin = 0.5, inside = std::max(skin, gap / 2 - std::sqrt(gap * gap / 4 - 2.25));
+        EXPECT_LT(areaAt(gap), 1.1 * (skin + inside) / (2 * skin) * apart);
+        EXPECT_GT(areaAt(gap), 0.98 * apart);
+    }
+}
+
 TEST(SkinPlane, SkinsDoNotCrossAndEncloseEveryParticleInTheSameComponents) {
     forEveryPlanarCloud(400, [](const Cloud& cloud) {
         std::vector<SkinParams> all(5, paramsFor(cloud));
