@@ -121,7 +121,7 @@ private:
         const Vec3 offset = u * s + v * t;
         const Triangle balls{a, b, c};
         const double power = offset.length2() - r2, there = spacingOf(boundary_, balls, spacing_);
-        nearness *= within(std::sqrt(std::abs(power)) / there, kThinMembrane);
+        nearness *= 1 - std::min(1.0, std::sqrt(std::abs(power)) / (kThinMembrane * there));
         if (!(nearness > 0)) return;
         const std::array third{b, c};
         const auto three = std::lower_bound(pairs_.begin(), pairs_.end(), third,
