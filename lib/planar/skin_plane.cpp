@@ -318,7 +318,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
             keepInside(deepPoints(snapped, params), on_discs, params.radius, lengthUnit(params) * curve.leastScale(),
                        curve);
         watch(Stage::smooth);
-        if (is_moving) projectTangentialVelocity(boundary, discs, curve);
+        if (is_moving) limitVelocities(boundary, discs, curve);
         watch(Stage::velocity);
         plane.curves = asCurves(curve);
         if (usesPaperTessellation(params)) addSpheres(particles, snapped, isolatedRows(boundary), plane.spheres);

@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "base/rigid_motion.h"
 #include "planar/scaled_points.h"
+#include "skin/limit_velocities.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,29 +18,46 @@ constexpr double kDamping = 0.25;                 // root of the weight of the r
 
 Vec3 rotatedLeft(const Vec3& a) { return {-a.y, a.x, 0}; }
 
-// The motion of the liquid near a point.
-class LocalMotion {
+// The motion of the liquid at a point.
+struct LocalMotion {
+    Vec3 velocity;       // of the best rigid motion
+    double mean_square;  // of the discs' velocities relative to it and of the changes of their radii
+};
+
+class LocalMotions {
 public:
-    LocalMotion(const DiscBoundary& boundary, const std::vector<DualVec3>& discs)
-        : discs_(discs),
+    LocalMotions(const DiscBoundary& boundary, const std::vector<DualVec3>& discs)
+        : boundary_(boundary),
+          discs_(discs),
           radius_(boundary.worldRadius()),
           scale_(boundary.scales()),
           cells_(
               discs.size(), 2 * radius_, [&](std::size_t d) { return discs[d].position; }, scale_) {}
 
     // scale: of the discs at the point
-    Vec3 at(const Vec3& point, double scale) const {
+    LocalMotion at(const Vec3& point, double scale) const {
+        const auto forDiscs = [&](const auto& visit) {  // visit(disc, offset, weight)
+            cells_.forNear(point, radius_, radius_ * scale, [&](std::uint32_t d) {
+                const Vec3 offset = discs_[d].position - point;
+                const double reach = radius_ * ((scale_.empty() ? 1 : scale_[d]) + scale);
+                const double t = 1 - offset.length2() / (reach * reach);
+                if (t > 0) visit(d, offset, t * t);
+            });
+        };
         RigidMotionFit fit;
-        cells_.forNear(point, radius_, radius_ * scale, [&](std::uint32_t d) {
-            const Vec3 offset = discs_[d].position - point;
-            const double reach = radius_ * ((scale_.empty() ? 1 : scale_[d]) + scale);
-            const double t = 1 - offset.length2() / (reach * reach);
-            if (t > 0) fit.add(offset, discs_[d].velocity, t * t);
+        forDiscs(
+            [&](std::uint32_t d, const Vec3& offset, double weight) { fit.add(offset, discs_[d].velocity, weight); });
+        double squares = 0, weights = 0;
+        forDiscs([&](std::uint32_t d, const Vec3& offset, double weight) {
+            const double growth = boundary_.worldRadiusOf(d).rate;
+            squares += weight * ((discs_[d].velocity - fit.velocityAt(offset)).length2() + growth * growth);
+            weights += weight;
         });
-        return fit.velocityAt(Vec3(0));
+        return {fit.velocityAt(Vec3(0)), weights > 0 ? squares / weights : 0};
     }
 
 private:
+    const DiscBoundary& boundary_;
     const std::vector<DualVec3>& discs_;
     double radius_;
     std::vector<double> scale_;
@@ -82,13 +100,13 @@ std::vector<DualVec3> movingDiscs(const DiscBoundary& boundary, const Particles&
 
 std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::vector<DualVec3>& discs) {
     std::vector<DualVec3> vertices(boundary.vertex.size());
-    const LocalMotion motion(boundary, discs);
+    const LocalMotions motions(boundary, discs);
     parallelFor(vertices.size(), 512, [&](std::size_t v) {
         const auto [from, to] = boundary.segment[v];
         const Vec3 c = boundary.vertex[v], q1 = (c - discs[from].position).normalized(),
                    q2 = (c - discs[to].position).normalized();
         const bool ill_conditioned = std::abs(crossZ(q1, q2)) < kWellConditionedInPlane;
-        const Vec3 prior = ill_conditioned ? motion.at(c, boundary.movingScaleOfVertex(v).value)
+        const Vec3 prior = ill_conditioned ? motions.at(c, boundary.movingScaleOfVertex(v).value).velocity
                                            : (discs[from].velocity + discs[to].velocity) / 2;
         vertices[v] = {c, vertexVelocity({q1, discs[from].velocity, boundary.worldRadiusOf(from).rate},
                                          {q2, discs[to].velocity, boundary.worldRadiusOf(to).rate}, prior)};
@@ -96,8 +114,8 @@ std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::
     return vertices;
 }
 
-void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve) {
-    const LocalMotion motion(boundary, discs);
+void limitVelocities(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve) {
+    const LocalMotions motions(boundary, discs);
     std::vector<Vec3> normals(curve.vertex.size());
     forEveryVertex(curve, [&](std::uint32_t before, std::uint32_t v, std::uint32_t after) {
         const Vec3 &a = curve.vertex[before].position, &b = curve.vertex[v].position, &c = curve.vertex[after].position;
@@ -105,8 +123,10 @@ void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<D
     });
     parallelFor(normals.size(), 256, [&](std::size_t v) {
         DualVec3& vertex = curve.vertex[v];
-        const Vec3 liquid = motion.at(vertex.position, curve.scaleOf(v).value);
-        vertex.velocity = liquid + normals[v] * dot(normals[v], vertex.velocity - liquid);
+        const LocalMotion liquid = motions.at(vertex.position, curve.scaleOf(v).value);
+        const double relative = dot(normals[v], vertex.velocity - liquid.velocity);
+        vertex.velocity =
+            liquid.velocity + normals[v] * (relative * limitingFactor(relative * relative, liquid.mean_square));
     });
 }
 

@@ -19,12 +19,15 @@ std::vector<DualVec3> movingDiscs(const DiscBoundary& boundary, const Particles&
 /// cost    O(vertices)
 std::vector<DualVec3> boundaryVertices(const DiscBoundary& boundary, const std::vector<DualVec3>& discs);
 
-/// Replaces the tangential part of the vertices' velocities, which depends on the tessellation, by that of the liquid:
-/// the rigid motion of the discs within 2r of the vertex, weighted by (1 - d²/4r²)², where 2r is the sum of the disc's
-/// and of the vertex's radius. Normal velocities do not change. An isolated drop moves like its particle.
+/// Replaces the instantaneous velocities of vertices by velocities that are valid over a shutter interval. The
+/// tangential part, which depends on the tessellation, becomes that of the liquid: the rigid motion of the discs within
+/// 2r of the vertex, weighted by (1 - d²/4r²)², where 2r is the sum of the disc's and of the vertex's radius. The
+/// normal part keeps its difference from that motion, limited to the root mean square of the discs' own differences and
+/// of the changes of their radii: the instantaneous speed is unbounded where discs meet or part. An isolated drop moves
+/// like its particle.
 ///
 /// same    bytes for any thread count and particle order
 /// cost    O(vertices)
-void projectTangentialVelocity(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve);
+void limitVelocities(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, BetaCurve& curve);
 
 }  // namespace betamesh

@@ -72,14 +72,6 @@ struct MotionSums {
     }
 };
 
-// A smooth factor that keeps a length below a limit, both given by their squares: 1 unless the length is near the
-// limit.
-double limitingFactor(double square, double limit) {
-    if (!(limit > 0)) return 0;
-    const double ratio = square / limit, ratio4 = ratio * ratio * ratio * ratio;
-    return std::pow(1 + ratio4 * ratio4, -1.0 / 16);
-}
-
 // The motion of the liquid at a vertex.
 struct LiquidMotion {
     Vec3 velocity;    // of the best rigid motion
@@ -109,6 +101,12 @@ struct LiquidMotion {
 };
 
 }  // namespace
+
+double limitingFactor(double square, double limit) {
+    if (!(limit > 0)) return 0;
+    const double ratio = square / limit, ratio4 = ratio * ratio * ratio * ratio;
+    return std::pow(1 + ratio4 * ratio4, -1.0 / 16);
+}
 
 void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& balls, double reach,
                      const std::vector<Vec3>& normals, BetaMesh& mesh) {

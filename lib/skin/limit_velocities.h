@@ -7,6 +7,10 @@
 
 namespace betamesh {
 
+/// A smooth factor that keeps a length below a limit, both given by their squares: 1 unless the length is near the
+/// limit.
+double limitingFactor(double square, double limit);
+
 /// Replaces the instantaneous velocities of tessellation points by velocities that are valid over a shutter interval.
 /// The tangential part becomes that of the rigid motion that fits the balls within reach best, with weights
 /// (1 - d²/reach²)⁴. The normal part keeps its difference from that motion, limited to kMaxRelativeVelocity times the
