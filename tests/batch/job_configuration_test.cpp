@@ -39,7 +39,7 @@ TEST_F(Job, PresetsAreListedAndOverriddenByEverythingElse) {
     EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash", "--set", "surface.radius=1.3dx"}), 1.3, 1e-12);
     EXPECT_NEAR(radiusOf({"mesh", "--preset", "splash,viscous"}), 1.75, 1e-12);
     EXPECT_NEAR(radiusOf({"mesh", "--radius", "1.1dx", "--preset", "splash"}), 1.1, 1e-12);
-    EXPECT_NEAR(radiusOf({"run", "job.yaml"}), 2, 1e-12);
+    EXPECT_NEAR(radiusOf({"run", "job.yaml"}), 2.2, 1e-12);
     EXPECT_NEAR(radiusOf({"run", "job.yaml", "--preset", "splash"}), 1.2, 1e-12);
     EXPECT_NEAR(radiusOf({"run", "own.yaml", "--preset", "splash"}), 1.4, 1e-12);
     EXPECT_NEAR(radiusOf({"mesh", "--preset", "paper", "--radius", "1.5dx"}), 1.5, 1e-12);

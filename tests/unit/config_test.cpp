@@ -304,8 +304,8 @@ TEST_F(ConfigFile, LaterValuesWinInTheOrderPresetsIncludesFileCommandLine) {
     const std::string job = file("job.yaml", "version: 1\npreset: [viscous, flip]\ninclude: base.yaml\n");
     const Config config = readConfig(job);
     EXPECT_EQ(config.preset, (std::vector<std::string>{"viscous", "flip"}));
-    EXPECT_EQ(config.surface.radius, (Length{2, true}));  // the later preset wins
-    EXPECT_EQ(config.smoothing.passes, 3);                // the included file wins
+    EXPECT_EQ(config.surface.radius, (Length{2.2, true}));  // the later preset wins
+    EXPECT_EQ(config.smoothing.passes, 3);                  // the included file wins
 
     const std::string own = file("own.yaml", "version: 1\nsurface: {radius: 3dx}\npreset: viscous\n");
     EXPECT_EQ(readConfig(own).surface.radius, (Length{3, true}));  // wherever `preset` is in the file
@@ -325,7 +325,7 @@ TEST_F(ConfigFile, LaterValuesWinInTheOrderPresetsIncludesFileCommandLine) {
     EXPECT_EQ(readConfig("", splash, base).smoothing.passes, 7);
 
     file("included.yaml", "version: 1\npreset: flip\n");
-    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\n")).surface.radius, (Length{2, true}));
+    EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\n")).surface.radius, (Length{2.2, true}));
     EXPECT_EQ(readConfig(file("job.yaml", "version: 1\ninclude: included.yaml\npreset: splash\n")).surface.radius,
               (Length{1.2, true}));
 }
