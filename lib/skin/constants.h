@@ -382,9 +382,9 @@ inline constexpr int kFoldRelaxations = 3;
 /// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.
 inline constexpr double kMaxSkinSmoothing = 0.9;
 /// Share of that from which displacements near by are shortened alike, so that no vertex stays behind alone: by the
-/// mean over a kernel of the excess to a power, times a gain, as tips are a small part of what is near.
+/// mean over a kernel of the fourth power of the excess, times a gain, as tips are a small part of what is near.
 inline constexpr double kGentleLimit = 0.8, kExcessKernel = 1;
-inline constexpr float kExcessPower = 4, kExcessGain = 8;
+inline constexpr float kExcessGain = 8;
 /// Logarithm of an excess that does not count there, so that most vertices have none.
 inline constexpr float kLeastExcess = 0.001F;
 

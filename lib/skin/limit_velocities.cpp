@@ -105,7 +105,9 @@ struct LiquidMotion {
 double limitingFactor(double square, double limit) {
     if (!(limit > 0)) return 0;
     const double ratio = square / limit, ratio4 = ratio * ratio * ratio * ratio;
-    return std::pow(1 + ratio4 * ratio4, -1.0 / 16);
+    double root = 1 + ratio4 * ratio4;
+    for (int i = 0; i < 4; ++i) root = std::sqrt(root);  // not std::pow(), whose bits depend on the instruction set
+    return 1 / root;
 }
 
 void limitVelocities(const BallBoundary& boundary, const std::vector<DualVec3>& balls, double reach,

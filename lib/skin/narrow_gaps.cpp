@@ -1,5 +1,6 @@
 #include "skin/narrow_gaps.h"
 
+#include "base/angles.h"
 #include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "skin/constants.h"
@@ -89,7 +90,8 @@ private:
         const Vec3 to_start = network_.point[network_.arc_start[arc] / 3].position - from;
         const Vec3 along = axis * dot(axis, to_start), radius = to_start - along;
         const double angle = network_.arc_angle[arc].value;
-        const Vec3 to_middle = radius * std::cos(angle / 2) + cross(axis, radius) * std::sin(angle / 2);
+        const auto [sine, cosine] = sineCosine(angle / 2);
+        const Vec3 to_middle = radius * cosine + cross(axis, radius) * sine;
         const double length = network_.line[arc].length.value / (spacing_ * network_.scaleOfLine(arc, boundary_));
         const double share =
             smoothStep(angle / kFullArc).value * (1 - smoothStep((angle - kLongArc) / (kLongestArc - kLongArc)).value);

@@ -17,7 +17,8 @@ ScaleMeans::ScaleMeans(const std::vector<Vec3>& position, const std::vector<floa
         clouds_.emplace_back(
             position.size(), [&](std::size_t i) { return position[i]; },
             [&](std::size_t i) {
-                return std::array{weight[i], scale[i], std::pow(scale[i], -8.0F)};
+                const float square = scale[i] * scale[i], fourth = square * square;
+                return std::array{weight[i], scale[i], 1 / (fourth * fourth)};
             },
             width * largestOfOctave(octave), width);
 }

@@ -112,11 +112,12 @@ void shortenAlike(DeformingMesh& surface, const std::vector<Vec3>& from, double 
     std::vector<float> excess = excesses(surface, from, limit);
     std::vector<Vec3f> power(excess.size(), Vec3f(0));
     parallelFor(excess.size(), 8192, [&](std::size_t v) {
-        if (excess[v] > kLeastExcess) power[v].x = std::pow(excess[v] - kLeastExcess, kExcessPower);
+        const float square = (excess[v] - kLeastExcess) * (excess[v] - kLeastExcess);
+        if (excess[v] > kLeastExcess) power[v].x = square * square;
     });
     power = surface.kernelMeansOfFew(kExcessKernel, power);
     parallelFor(excess.size(), 8192,
-                [&](std::size_t v) { excess[v] = std::pow(kExcessGain * power[v].x, 1 / kExcessPower); });
+                [&](std::size_t v) { excess[v] = std::sqrt(std::sqrt(kExcessGain * power[v].x)); });
     shorten(surface, from, excess);
 }
 
