@@ -282,7 +282,8 @@ inline constexpr double kSplitFade = 0.5;
 /// Demand for a split (SplitDemand), 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.
 inline constexpr double kQuadCentreFade = 0.05;
 
-// Folds (deforming_mesh.cpp); lengths in dx ---------------------------------------------------------------------------
+// Fairing along edges (fairing.cpp, deforming_mesh.cpp); lengths in dx
+// -------------------------------------------------
 
 /// Kernel width of meanNormals().
 inline constexpr double kMeanNormalKernel = 0.3;
@@ -302,6 +303,22 @@ inline constexpr double kLongestEdgeMargin = 0.1;
 inline constexpr double kTurnedHeight = 0.03;
 /// Longest step of relaxFolds().
 inline constexpr float kMaxFoldStep = 0.25F;
+
+/// Flatness of a one-ring below which it is sharp, and from which in full.
+inline constexpr double kSharpBegins = 0.96, kSharpFull = 0.8;
+/// Flatness that a one-ring of a drop lacks, per area of its vertex in square dx: 0.14 / R² with six neighbours
+/// (derived), R the radius of a drop of one particle, 0.6. So coarse triangles of drops are not sharp.
+inline constexpr double kDropBend = 0.4;
+/// Kernel width of the mean over sharp vertices, its gain, and what is subtracted so that most vertices have no share.
+inline constexpr double kSharpKernel = 0.7;
+inline constexpr float kSharpGain = 4, kLeastSharp = 0.005F;
+/// Steps of fairing, and their gain, < 1/2: above it oscillates. Chosen: features of a hole's rim up to ten edges long
+/// become half as large; with twice as many steps the crease is the same and the surface jumps more.
+inline constexpr int kFairingSteps = 60;
+inline constexpr float kFairingGain = 0.4F;
+/// Area of a triangle, over that of an equilateral one with the same sum of squared edges, below which it counts less
+/// in the mean over a one-ring.
+inline constexpr double kWellShaped = 0.5;
 
 // Particles of different sizes (deforming_mesh.cpp, scale_means.cpp, outer_boundary.cpp); lengths in dx ---------------
 

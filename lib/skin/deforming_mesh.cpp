@@ -11,8 +11,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kLeastWeight = 1e-6;  // of a neighbour
-constexpr double kGroupCell = 4;       // edge of the cells in which vertices are grouped, particle spacings
+constexpr double kGroupCell = 4;  // edge of the cells in which vertices are grouped, particle spacings
 
 enum Field { kX, kY, kZ, kArea, kNx, kNy, kNz, kFields };
 
@@ -327,115 +326,6 @@ DeformingMesh::KernelNormals DeformingMesh::kernelNormals(double width, const st
             }
         });
     return means;
-}
-
-// Adds the displacement that moves the corner opposite the longest edge of an inverted triangle to the other side of
-// that edge.
-void DeformingMesh::turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const {
-    const Triangle& t = mesh_.triangles[triangle];
-    const Vec3 surface_normal = Vec3(normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
-    std::array<double, 3> square;  // of the edge opposite each corner
-    for (std::size_t k = 0; k < 3; ++k) square[k] = (position_[t[(k + 1) % 3]] - position_[t[(k + 2) % 3]]).length2();
-    const auto k = static_cast<std::size_t>(std::max_element(square.begin(), square.end()) - square.begin());
-    if (!(square[k] > 0)) return;
-    const Vec3 &from = position_[t[(k + 1) % 3]], &to = position_[t[(k + 2) % 3]], &apex = position_[t[k]];
-    const Vec3 edge = to - from, normal = cross(edge, apex - from).normalized();
-    // Nothing moves where another edge is as long, so that the choice of the longest is continuous.
-    const double second = std::max(square[(k + 1) % 3], square[(k + 2) % 3]);
-    const double turned = smoothStep((kInvertedCosine - dot(normal, surface_normal)) / kInvertedCosine).value *
-                          smoothStep((1 - second / square[k]) / kLongestEdgeMargin).value;
-    const Vec3 foot = from + edge * (dot(apex - from, edge) / square[k]);
-    const Vec3 target = foot + cross(surface_normal, edge) * kTurnedHeight;
-    step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
-}
-
-// Whether each vertex is in a triangle with an edge so short that its ends count as one vertex in part.
-std::vector<std::uint8_t> DeformingMesh::haveShortEdges() const {
-    std::vector<std::uint8_t> have(size(), 0);
-    for (std::size_t t = 0; t < third_.size(); ++t) {
-        const auto& [a, b, c] = mesh_.triangles[t];
-        const float limit = kFoldCluster * std::max({scale(a), scale(b), scale(c)});
-        if (third_[t].shortest_square < limit * limit) have[a] = have[b] = have[c] = 1;
-    }
-    return have;
-}
-
-// A vertex that fades in counts as a neighbour of v by its fade weight. For the rest, the neighbour is who would be if
-// the vertex were not there: the other end of the edge or diagonal on which it lies, if v is at the one end.
-template <typename Visit>
-void DeformingMesh::visitNeighbour(std::uint32_t v, std::uint32_t neighbour, double weight, const Visit& visit) const {
-    const Constraint* constraint = constraint_of_[neighbour];
-    if (!constraint) return visit(neighbour, weight);
-    const auto& [vertex, row, from, share, fade, group] = *constraint;
-    if (fade > 0) visit(neighbour, weight * fade);
-    weight *= 1 - fade;
-    if (group == kOnFacets || !(weight > kLeastWeight)) return;  // on facets they lie on no edge
-    for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t other = k ^ 1U;
-        const double of_diagonal = share[k] + share[other];
-        if (from[k] == v && of_diagonal > 0 && from[other] != v)
-            visitNeighbour(v, from[other], weight * of_diagonal, visit);
-    }
-}
-
-void DeformingMesh::relaxFolds() {
-    const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
-    std::vector<Vec3f> step(size(), Vec3f(0));
-    parallelFor(size(), 2048, [&](std::size_t v) {
-        if (!(flatness_[v] < static_cast<float>(kFoldBegins)) && has_short_edges[v] == 0) return;
-        const double limit = static_cast<double>(kFoldCluster * scale(v)) * spacing_;
-        const auto forCloseNeighbours = [&](const auto& visit) {
-            if (has_short_edges[v] == 0) return;
-            for (const std::uint32_t t : std::as_const(triangles_of_)[v])
-                for (const std::uint32_t u : mesh_.triangles[t]) {
-                    const double k = 1 - (position_[u] - position_[v]).length2() / (limit * limit);
-                    if (u != v && k > 0) visit(u, k * k / 2);  // each is in two of the triangles
-                }
-        };
-        Vec3f vector_area(0);
-        float area = 0;
-        const auto addArea = [&](std::size_t u, double k) {
-            const float weighted = area_[u] * static_cast<float>(k);
-            vector_area += normal_[u] * (flatness_[u] * weighted);
-            area += weighted;
-        };
-        addArea(v, 1);
-        forCloseNeighbours(addArea);
-        const float flatness = area > 0 ? vector_area.length() / area : flatness_[v];
-        const double share = smoothStep((kFoldBegins - flatness) / (kFoldBegins - kFoldFull)).value;
-        if (!(share > 0) || std::as_const(triangles_of_)[v].empty()) return;
-        Vec3 sum(0);
-        double weight = 0;
-        const auto addOneRing = [&](std::uint32_t u, double k) {
-            for (const std::uint32_t t : std::as_const(triangles_of_)[u])
-                for (const std::uint32_t x : mesh_.triangles[t])
-                    if (x != u)
-                        visitNeighbour(u, x, k, [&](std::uint32_t neighbour, double of_neighbour) {
-                            sum += (position_[neighbour] - position_[v]) * of_neighbour;
-                            weight += of_neighbour;
-                        });
-        };
-        addOneRing(static_cast<std::uint32_t>(v), 1);
-        forCloseNeighbours([&](std::uint32_t u, double k) {
-            const Constraint* constraint = constraint_of_[u];
-            addOneRing(u, constraint ? k * constraint->fade : k);
-        });
-        if (!(weight > 0)) return;
-        step[v] = Vec3f(sum * (kFoldRelaxation * share / (weight * spacing_)));
-    });
-    const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
-        const auto& [a, b, c] = mesh_.triangles[triangle];
-        const Vec3f sum = normal_[a] + normal_[b] + normal_[c];
-        const auto& [vector_area, area, shortest_square] = third_[triangle];
-        return !(dot(vector_area, sum) > static_cast<float>(kInvertedCosine) * area * sum.length());
-    });
-    for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);
-    parallelFor(size(), 8192, [&](std::size_t v) {
-        const float longest = kMaxFoldStep * scale(v);
-        if (const float length = step[v].length(); length > longest) step[v] *= longest / length;
-    });
-    move(step);
-    measure();
 }
 
 void DeformingMesh::setVelocities(std::vector<Vec3f>& velocity) {

@@ -85,6 +85,15 @@ public:
     /// relative to the surface. Vertices that nearly coincide share their one-rings. Recomputes areas and normals
     /// afterwards.
     void relaxFolds();
+    /// Rounds what is sharper than kernels can follow, such as the rims of holes, pits and creases, together with what
+    /// is beside it: kFairingSteps steps of a bi-Laplacian over one-rings, in all directions. Polygons become round;
+    /// what is smooth over some ten edges stays. The means over one-rings are those of the mesh as it is at first, and
+    /// triangles without area do not count. Recomputes areas and normals afterwards.
+    ///
+    /// in      largest_share: 0 to 1 for each vertex: how far it takes part at most
+    /// cost    O(vertices) + O(steps · vertices that take part)
+    /// source  Kobbelt et al. 1998, Interactive multi-resolution modeling on arbitrary meshes
+    void fairSharpParts(const std::vector<float>& largest_share);
     /// Constrains the velocities and writes them to the mesh; world units per second.
     void setVelocities(std::vector<Vec3f>& velocity);
     /// Writes the positions to the mesh.
@@ -156,7 +165,25 @@ private:
     std::vector<std::uint8_t> groupsNear(double width, const std::vector<Vec3f>& values) const;
     template <typename ReachOf>
     std::vector<Vec3f> kernelMeansWithin(double width, const std::vector<Vec3f>& values, const ReachOf& reachOf) const;
+    // A neighbour in a one-ring.
+    struct RingVertex {
+        std::uint32_t vertex;
+        double share;  // of the mean
+    };
     std::vector<std::uint8_t> haveShortEdges() const;
+    double triangleWeight(std::uint32_t triangle) const;
+    template <typename Visit>
+    void forCoincident(std::uint32_t v, const Visit& visit) const;
+    void listOneRing(std::uint32_t v, std::vector<RingVertex>& ring) const;
+    std::vector<float> fairingShares(const std::vector<float>& largest) const;
+    // The vertices that fairing moves, then their other neighbours.
+    struct LocalRings {
+        std::vector<std::uint32_t> vertex;
+        std::size_t moving;
+        std::vector<std::vector<RingVertex>> neighbours;  // rows among these, with their shares of the mean
+        std::vector<Vec3f> to_mean;                       // from each vertex to the mean over its whole one-ring
+    };
+    LocalRings localRings(const std::vector<float>& share) const;
     template <typename Visit>
     void visitNeighbour(std::uint32_t v, std::uint32_t neighbour, double weight, const Visit& visit) const;
     void turnInverted(std::uint32_t triangle, std::vector<Vec3f>& step) const;

@@ -201,10 +201,11 @@ std::vector<Meeting> meetings(const BallBoundary& boundary, const ArcNetwork& ne
     return found;
 }
 
-void keepMeetings(const std::vector<Meeting>& meetings, const std::vector<Vec3>& retracted, DeformingMesh& surface) {
-    if (meetings.empty()) return;
+std::vector<float> keepMeetings(const std::vector<Meeting>& meetings, const std::vector<Vec3>& retracted,
+                                DeformingMesh& surface) {
     const std::vector<Vec3>& position = surface.position();
-    std::vector<float> kept(surface.size(), 1);  // of the displacement by smoothing
+    std::vector<float> kept(surface.size(), 1);
+    if (meetings.empty()) return kept;
     forVerticesNear(
         meetings, retracted, surface, [&](const Meeting& meeting, std::uint32_t v, double along, const Vec3& across) {
             const double share = within(std::abs(along), meeting.length) * within(across.length(), meeting.width);
@@ -224,6 +225,7 @@ void keepMeetings(const std::vector<Meeting>& meetings, const std::vector<Vec3>&
         });
     surface.move(step);
     surface.measure();
+    return kept;
 }
 
 }  // namespace betamesh

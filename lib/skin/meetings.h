@@ -36,7 +36,9 @@ std::vector<Meeting> meetings(const BallBoundary& boundary, const ArcNetwork& ne
 /// distance, which does not fold: necks are no hairs. Both are continuous in time, also as balls begin to meet.
 ///
 /// in      retracted: positions before smoothing
+/// out     the share of its displacement by smoothing that each vertex has kept: 1 far from meetings
 /// cost    O(meetings · vertices near them)
-void keepMeetings(const std::vector<Meeting>& meetings, const std::vector<Vec3>& retracted, DeformingMesh& surface);
+std::vector<float> keepMeetings(const std::vector<Meeting>& meetings, const std::vector<Vec3>& retracted,
+                                DeformingMesh& surface);
 
 }  // namespace betamesh

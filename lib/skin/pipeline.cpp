@@ -84,7 +84,11 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
         smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
     }
     const std::vector<Vec3>& before_smoothing = retracted ? retracted->position : surface.position();
-    keepMeetings(base.meetings, before_smoothing, surface);
+    const std::vector<float> kept = keepMeetings(base.meetings, before_smoothing, surface);
+    if (retracted) {
+        if (lengths.edge_factor == 1) surface.fairSharpParts(kept);
+        limitDisplacements(surface, retracted->position, farthestSkinSmoothing(params));
+    }
     surface.refineOnCurves(lengths.joining, lengths.edge_factor);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);

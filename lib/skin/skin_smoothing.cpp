@@ -137,7 +137,11 @@ void smoothSkin(DeformingMesh& surface, double widest, double farthest, int pass
         surface.measure();
         for (int i = 0; i < kFoldRelaxations; ++i) surface.relaxFolds();
     }
-    shorten(surface, retracted, excesses(surface, retracted, farthest));
+}
+
+void limitDisplacements(DeformingMesh& surface, const std::vector<Vec3>& from, double farthest) {
+    shorten(surface, from, excesses(surface, from, farthest));
+    surface.measure();
 }
 
 }  // namespace betamesh

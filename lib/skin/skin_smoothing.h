@@ -14,13 +14,17 @@ namespace betamesh {
 /// 3. returnLongWaves(): the part of long waves that the fits have removed is added again.
 /// 4. DeformingMesh::relaxFolds(), as before the pass.
 ///
-/// Afterwards no vertex is `farthest` or more from its initial position, whatever the number of passes. With several
-/// passes, what is near a vertex that gets near this limit stays behind with it.
+/// With several passes, what is near a vertex that gets nearly `farthest` from its initial position stays behind with
+/// it.
 ///
 /// in      widest, farthest: particle spacings
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
 void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes);
+
+/// Shortens the displacements of vertices, so that none is `farthest` particle spacings or more from where it was.
+/// Those up to two thirds of that hardly change.
+void limitDisplacements(DeformingMesh& surface, const std::vector<Vec3>& from, double farthest);
 
 }  // namespace betamesh
