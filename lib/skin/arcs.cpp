@@ -104,7 +104,7 @@ Subdivision subdivisionOf(Dual angle, Dual relative_radius, std::uint32_t least,
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
     };
     if (segments > 0 && great_circle_angle.value > kStraightArcAngle)
-        return Subdivision(std::max(roundedUp(fewest), static_cast<std::uint32_t>(segments)));
+        return Subdivision(std::max(roundedUp(fewest * segments), static_cast<std::uint32_t>(segments)));
     return subdivision.appearance == Appearance::gradual ? Subdivision(length, least) : Subdivision(roundedUp(length));
 }
 
@@ -235,8 +235,8 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
                              subdivision.segments, per_radian, subdivision);
     };
     const auto subdivisionOfHalf = [&](std::size_t k) {
-        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2,
-                             (subdivision.segments + 1) / 2, 1 / subdivision.max_angle, subdivision);
+        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2, subdivision.segments,
+                             1 / subdivision.max_angle, subdivision);
     };
     const auto circleAt = [&](std::size_t k) { return circleBetween(boundary.circle[k][0], boundary.circle[k][1]); };
     firstTouchResize(network.line, arcs + circles);

@@ -65,8 +65,8 @@ struct ArcNetwork {
 /// How finely arcs are subdivided.
 struct ArcSubdivision {
     double max_angle = kBoundaryArcAngle;  ///< radians per segment of a great circle; larger on small circles
-    int segments = 0;                      ///< > 0: this many on every arc, half of it on half a circle, and more where
-                                           ///< a segment would exceed kMaxSegmentAngle; max_angle is not used then
+    int segments = 0;                      ///< > 0: this many on every arc, and as many per kMaxSegmentAngle on longer
+                                           ///< arcs and on circles; max_angle is not used then
     Appearance appearance = Appearance::on_boundary;
     double flat_angle = 0;      ///< > max_angle: radians per segment between flat faces; otherwise not used
     bool is_retracted = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below

@@ -171,6 +171,10 @@ private:
         double share;  // of the mean
     };
     std::vector<std::uint8_t> haveShortEdges() const;
+    struct RingShape {
+        float area, flatness;
+    };
+    RingShape ringShape(std::uint32_t v, bool has_short_edges) const;
     double triangleWeight(std::uint32_t triangle) const;
     template <typename Visit>
     void forCoincident(std::uint32_t v, const Visit& visit) const;

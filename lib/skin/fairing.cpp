@@ -127,25 +127,31 @@ void DeformingMesh::listOneRing(std::uint32_t v, std::vector<RingVertex>& ring) 
     for (RingVertex& x : ring) x.share /= sum;
 }
 
+// Area and flatness of the one-ring of a vertex, together with those of vertices that nearly coincide with it.
+DeformingMesh::RingShape DeformingMesh::ringShape(std::uint32_t v, bool has_short_edges) const {
+    if (!has_short_edges) return {area_[v], flatness_[v]};
+    Vec3f vector_area(0);
+    float area = 0;
+    const auto add = [&](std::uint32_t u, double k) {
+        const float weighted = area_[u] * static_cast<float>(k);
+        vector_area += normal_[u] * (flatness_[u] * weighted);
+        area += weighted;
+    };
+    add(v, 1);
+    forCoincident(v, add);
+    return {area, area > 0 ? vector_area.length() / area : flatness_[v]};
+}
+
 void DeformingMesh::relaxFolds() {
     const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> step(size(), Vec3f(0));
-    parallelFor(size(), 2048, [&](std::size_t v) {
-        if (!(flatness_[v] < static_cast<float>(kFoldBegins)) && has_short_edges[v] == 0) return;
-        Vec3f vector_area(0);
-        float area = 0;
-        const auto addArea = [&](std::size_t u, double k) {
-            const float weighted = area_[u] * static_cast<float>(k);
-            vector_area += normal_[u] * (flatness_[u] * weighted);
-            area += weighted;
-        };
-        addArea(v, 1);
-        if (has_short_edges[v] != 0) forCoincident(static_cast<std::uint32_t>(v), addArea);
-        const float flatness = area > 0 ? vector_area.length() / area : flatness_[v];
+    parallelFor(size(), 2048, [&](std::size_t row) {
+        const auto v = static_cast<std::uint32_t>(row);
+        const double flatness = ringShape(v, has_short_edges[v] != 0).flatness;
         const double share = smoothStep((kFoldBegins - flatness) / (kFoldBegins - kFoldFull)).value;
         if (!(share > 0)) return;
         std::vector<RingVertex> ring;
-        listOneRing(static_cast<std::uint32_t>(v), ring);
+        listOneRing(v, ring);
         Vec3 mean(0);
         for (const auto& [neighbour, of_mean] : ring) mean += (position_[neighbour] - position_[v]) * of_mean;
         step[v] = Vec3f(mean * (kFoldRelaxation * share / spacing_));
@@ -168,10 +174,12 @@ void DeformingMesh::relaxFolds() {
 // How much each vertex takes part in fairSharpParts(), 0 to 1: those of sharp one-rings in full, others the less the
 // farther they are from these.
 std::vector<float> DeformingMesh::fairingShares(const std::vector<float>& largest) const {
+    const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> sharp(size(), Vec3f(0));
-    parallelFor(size(), 8192, [&](std::size_t v) {
-        const double of_drop = kDropBend * static_cast<double>(area_[v] / (scale(v) * scale(v)));
-        const double missing = std::min(kSharpBegins, 1 - of_drop) - static_cast<double>(flatness_[v]);
+    parallelFor(size(), 2048, [&](std::size_t v) {
+        const auto& [area, flatness] = ringShape(static_cast<std::uint32_t>(v), has_short_edges[v] != 0);
+        const double of_drop = kDropBend * static_cast<double>(area / (scale(v) * scale(v)));
+        const double missing = std::min(kSharpBegins, 1 - of_drop) - static_cast<double>(flatness);
         sharp[v].x = static_cast<float>(smoothStep(missing / (kSharpBegins - kSharpFull)).value);
     });
     sharp = kernelMeansOfFew(kSharpKernel, sharp);

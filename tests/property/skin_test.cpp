@@ -306,6 +306,24 @@ TEST(Skin, NoTriangleOfAPoolIsUpsideDown) {
     }
 }
 
+// The circle between two particles that are too close to have a neck between them.
+TEST(Skin, ClosePairsHaveNoGrooveWhateverTheSegments) {
+    for (const int segments : {0, 2, 3, 4, 5, 8}) {
+        Particles pair;
+        pair.position = {Vec3f(-0.25F, 0, 0), Vec3f(0.25F, 0, 0)};
+        SkinParams params = withSpacing(1);
+        params.arc_subdivisions = segments;
+        double widest = 0, groove = 1e30;
+        for (const Vec3& p : skinFrame(pair, params).mesh.position) {
+            const double across = std::hypot(p.y, p.z);
+            widest = std::max(widest, across);
+            if (std::abs(p.x) < 0.05) groove = std::min(groove, across);
+        }
+        EXPECT_GE(groove, 0.93 * widest) << segments;
+        EXPECT_LE(groove, widest) << segments;
+    }
+}
+
 TEST(Skin, OneSegmentPerArcMakesMeshesSmall) {
     const Particles block = box(10, 10, 10, 0.25, 3);
     SkinParams params = withSpacing(1);

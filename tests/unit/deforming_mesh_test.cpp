@@ -125,6 +125,73 @@ TEST(DeformingMesh, RelaxesFoldsAlikeWithVerticesThatFadeInOnTwoEdgesOfATriangle
     }
 }
 
+// Where the first vertices are after sharp parts have been faired.
+std::vector<Vec3> faired(BetaMesh mesh, std::size_t count) {
+    DeformingMesh surface(mesh, 1);
+    surface.fairSharpParts(std::vector<float>(surface.size(), 1));
+    std::vector<Vec3> position(count);
+    for (std::size_t v = 0; v < surface.size(); ++v)
+        if (const auto number = static_cast<std::size_t>(mesh.vertex[v].velocity.x); number < count)
+            position[number] = surface.position()[v];
+    return position;
+}
+
+TEST(DeformingMesh, FairsSpikesAndLeavesRoundPartsAlone) {
+    const Icosphere ball = icosphere(8);
+    BetaMesh mesh;
+    mesh.triangles = ball.triangles;
+    for (const Vec3& p : ball.position)
+        mesh.vertex.push_back({p * 2.0, Vec3(static_cast<double>(mesh.vertex.size()), 0, 0)});
+    const std::size_t count = mesh.vertex.size();
+    std::vector<Vec3> round;
+    for (const DualVec3& v : mesh.vertex) round.push_back(v.position);
+    EXPECT_EQ(farthestApart(faired(mesh, count), round), 0);
+    for (const std::size_t spike : {std::size_t{0}, count / 2, count - 1})
+        for (const double height : {-0.6, 0.6}) {
+            BetaMesh spiked = mesh;
+            spiked.vertex[spike].position *= 1 + height / 2;
+            const std::vector<Vec3> after = faired(spiked, count);
+            EXPECT_LE(std::abs(after[spike].length() - 2), 0.15) << spike << ' ' << height;
+            for (std::size_t v = 0; v < count; ++v)
+                if ((round[v] - round[spike]).length() > 1.6) {
+                    EXPECT_EQ(after[v], round[v]) << v;
+                }
+        }
+}
+
+// Where four particles have a common sphere, one vertex becomes two, each with a half of its neighbours; which half is
+// which changes at that moment.
+TEST(DeformingMesh, FairsAlikeHoweverAVertexIsDivided) {
+    const BetaMesh ball = crumpledBall(1);
+    const auto count = static_cast<std::uint32_t>(ball.vertex.size());
+    for (std::uint32_t v = 0; v < count; v += 7) {
+        std::map<std::uint32_t, std::uint32_t> after;  // neighbours of v, counterclockwise
+        for (const Triangle& t : ball.triangles)
+            for (std::size_t k = 0; k < 3; ++k)
+                if (t[k] == v) after[t[(k + 1) % 3]] = t[(k + 2) % 3];
+        std::vector<std::uint32_t> round{after.begin()->first};
+        while (after.at(round.back()) != round[0]) round.push_back(after.at(round.back()));
+        const auto dividedAt = [&](std::size_t first) {  // from first to first + 3 one half, the other from there
+            BetaMesh divided = ball;
+            const DualVec3 twin{ball.vertex[v].position, Vec3(1e6, 0, 0)};
+            divided.vertex.push_back(twin);
+            const std::uint32_t from = round[first], to = round[(first + 3) % round.size()];
+            for (std::size_t k = 0; k < 3; ++k)
+                for (Triangle& t : divided.triangles) {
+                    const std::uint32_t a = round[(first + k) % round.size()],
+                                        b = round[(first + k + 1) % round.size()];
+                    const auto has = [&](std::uint32_t x) { return std::find(t.begin(), t.end(), x) != t.end(); };
+                    if (has(v) && has(a) && has(b)) std::replace(t.begin(), t.end(), v, count);
+                }
+            divided.triangles.insert(divided.triangles.end(), {{v, from, count}, {v, count, to}});
+            return faired(divided, count);
+        };
+        const std::vector<Vec3> one = dividedAt(0);
+        EXPECT_LE(farthestApart(one, dividedAt(1)), 1e-4) << v;
+        EXPECT_LE(farthestApart(one, faired(ball, count)), 1e-4) << v;
+    }
+}
+
 BetaMesh unitBall() {
     const Icosphere ball = icosphere(2);
     BetaMesh mesh;
