@@ -49,6 +49,8 @@ struct InputSummary {
     std::vector<std::string> warnings;             ///< as FileContents::warnings
     std::vector<InputPart> parts;                  ///< in the order of the file; grids and groups first
     bool z_is_up = false;                          ///< says the file
+    std::optional<double> frames_per_second{};     ///< says the file; nullopt: nothing
+    std::optional<double> meters_per_unit{};       ///< likewise
 };
 
 /// The attributes that contain the velocity.

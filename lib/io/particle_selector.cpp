@@ -199,6 +199,8 @@ InputSummary ParticleSelector::summary(const FileContents& kept, const FileConte
     addOther(rest.units.meters_per_unit_note, "");
     for (const std::string& what : rest.passed_over) addOther(what, "");
     summary.z_is_up = rest.units.up_axis == UpAxis::z;
+    summary.frames_per_second = rest.units.frames_per_second;
+    summary.meters_per_unit = rest.units.meters_per_unit;
     return summary;
 }
 

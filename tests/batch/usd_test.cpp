@@ -31,6 +31,31 @@ TEST(UsdSequence, TheLayerIsNamedLikeTheFilesWithoutFrame) {
         EXPECT_EQ(sequenceLayer(framePattern(files)), layer) << files;
 }
 
+TEST_F(UsdJob, UnitsThatTheOutputContradictsAreTold) {
+    writeParticles(folder_ / "cm.usda", Sample({"jitter", 100, 1, 24}).frame(1),
+                   {.frames_per_second = 30, .meters_per_unit = 0.01});
+    const auto warnings = [&](std::vector<std::string> further, const std::string& output) {
+        std::vector<std::string> words{"mesh", "cm.usda", output, "--overwrite"};
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err;
+    };
+    const auto tells = [](const std::string& text, const char* words) { return text.find(words) != std::string::npos; };
+    const char *metres = "0.01 metres per unit of length, but the output will say 1",
+               *rate = "30 frames per second, but the output will say 24";
+    const std::string plain = warnings({}, "out.usda");
+    EXPECT_TRUE(tells(plain, metres)) << plain;
+    EXPECT_TRUE(tells(plain, rate)) << plain;
+    for (const std::vector<std::string>& same :
+         {std::vector<std::string>{"--meters-per-unit", "0.01", "--output-fps", "30"},
+          {"--scale", "0.01", "--output-fps", "30"}}) {
+        const std::string text = warnings(same, "out.usda");
+        EXPECT_FALSE(tells(text, "but the output will say")) << text;
+    }
+    EXPECT_FALSE(tells(warnings({}, "out.ply"), "but the output will say"));  // which has no units
+}
+
 TEST_F(UsdJob, ALayerPlaysTheFramesOfAllChunks) {
     writeFrames(1, 5, 100);
     ASSERT_EQ(meshUsd({"--output-fps", "25"}).exit_code, 0);

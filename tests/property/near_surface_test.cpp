@@ -1,4 +1,4 @@
-// Particles that nearSurface() omits before a frame is skinned do not change the result.
+// Particles that NearSurfaceFinder omits before a frame is skinned do not change the result.
 
 #include "skin/near_surface.h"
 

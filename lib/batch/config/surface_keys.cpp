@@ -98,8 +98,10 @@ void addSurfaceKeys(std::vector<ConfigKey>& keys) {
     keys.push_back(integerKey(
         {"surface.arc_subdivisions", "--arc-subdivisions", "segments per arc",
          "Resolution of the complete tessellation along the arcs between neighbouring balls and across the faces; in "
-         "two dimensions a circle has 8 times as many segments. auto: no arc deviates by more than 0.01 radii, or 0.02 "
-         "radii where smoothing flattens the surface. 1 gives the smallest meshes."},
+         "two dimensions a circle has 8 times as many segments. auto: without a skin no arc deviates by more than 0.01 "
+         "radii, or 0.02 radii where smoothing flattens the surface; with one arcs are coarser, and long edges are "
+         "split "
+         "later. 1 gives the smallest meshes."},
         1, 64, true, [](Config& c) -> int& { return c.surface.arc_subdivisions; }));
     keys.push_back(choiceKey<PredicateKind>(
         {"surface.predicates", "--predicates", "",

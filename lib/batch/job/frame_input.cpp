@@ -126,6 +126,16 @@ std::optional<InputRemark> remarkOnUpAxis(const InputSummary& summary, const Con
                        "(input.up_axis); with --output-up-axis z as well, z stays up and the output says so"};
 }
 
+/// A unit of the file that the output contradicts, though it could say the same.
+std::optional<InputRemark> remarkOnUnit(const std::string& what, std::optional<double> of_file, double of_output,
+                                        const std::string& option, const Config& config) {
+    if (!of_file || std::abs(*of_file - of_output) <= 1e-6 * of_output) return std::nullopt;
+    if (!formatOf(config.output.path, FileKind::mesh, Access::write).holds_units) return std::nullopt;
+    return InputRemark{what, true,
+                       "the input has " + shortNumber(*of_file) + ' ' + what + ", but the output will say " +
+                           shortNumber(of_output) + ". Say the same with " + option};
+}
+
 std::optional<InputRemark> remarkOnPolygons(const InputSummary& summary) {
     if (summary.polygons == 0) return std::nullopt;
     return InputRemark{"polygons", true,
@@ -301,6 +311,11 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
     }
     add(remarkOnPolygons(summary));
     add(remarkOnUpAxis(summary, config));
+    add(remarkOnUnit(
+        "metres per unit of length", summary.meters_per_unit, config.output.meters_per_unit * config.input.scale,
+        "--meters-per-unit (output.meters_per_unit), or scale the particles with --scale (input.scale)", config));
+    add(remarkOnUnit("frames per second", summary.frames_per_second, config.output.frames_per_second,
+                     "--output-fps (output.fps)", config));
     add(remarkOnCoordinates(liquid.particles.position));
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)

@@ -12,8 +12,8 @@
 
 namespace betamesh {
 
-/// The stages of a frame, in order. skinFrame() and skinPlane() run `structure` to `velocity`; reading, pictures,
-/// measurements and writing belong to jobs.
+/// The stages of a frame, in order. skinFrame() and skinPlane() run `structure` to `velocity`; all others
+/// belong to jobs.
 enum class Stage {
     read,
     structure,   ///< the exact boundary of the union of balls

@@ -64,7 +64,7 @@ struct Features {
 
 /// Attributes of the vertices that are measured on the finished surface. All are real numbers and continuous in time.
 struct SurfaceAttributes {
-    bool normals = false;    ///< `N`: unit normals of spheres fitted to the surface near each vertex, outwards
+    bool normals = false;    ///< `N`: unit normals, outwards, from a linear fit of the vertex normals near by
     bool thickness = false;  ///< `thickness`: distance through the liquid, world units, at most 4 particle spacings
     bool curvature = false;  ///< `curvature`: mean curvature, 1 / world units, positive on drops
     bool shape = false;      ///< `drop`, `thread`, `sheet`, `bulk`: weights of these shapes, 0 to 1, with sum 1
@@ -90,10 +90,12 @@ struct SkinParams {
                                    ///< which its radius and skin are as those above to `spacing`; empty: all are alike
     double radius_scale = 1;       ///< > 0
     std::string radius_rate_attribute;  ///< particle attribute with the change of radius_attribute; empty: 0
-    double radius_rate_scale = 1;       ///< what has to multiply that, besides radius_scale, for the change per second
+    double radius_rate_scale = 1;       ///< times radius_scale: from that to the change of a spacing per second
     SurfaceKind surface = SurfaceKind::beta;
     Tessellation tessellation = Tessellation::complete;
-    int arc_subdivisions = 0;  ///< segments per arc, >= 0; 0: sagitta below 0.01 radii, 0.02 in flat parts
+    int arc_subdivisions = 0;  ///< segments per arc, >= 0, and more on arcs over 2 radians; 0: automatic. Without a
+                               ///< skin that is a sagitta below 0.01 radii, 0.02 in flat parts; with one it is more,
+                               ///< because long edges are split after the retraction
     PredicateKind predicates = PredicateKind::exact;
     int retries = 3;          ///< floating predicates: perturbations before an error is reported, >= 0
     double tolerance = 1e-5;  ///< floating predicates: size of the perturbation in radii, (0, 0.1]
