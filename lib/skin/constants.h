@@ -282,8 +282,7 @@ inline constexpr double kSplitFade = 0.5;
 /// Demand for a split (SplitDemand), 0 to 1, over which a vertex in a quad goes to the middles of its diagonals.
 inline constexpr double kQuadCentreFade = 0.05;
 
-// Fairing along edges (fairing.cpp, deforming_mesh.cpp); lengths in dx
-// -------------------------------------------------
+// Fairing along edges (fairing.cpp, deforming_mesh.cpp); lengths in dx ------------------------------------------------
 
 /// Kernel width of meanNormals().
 inline constexpr double kMeanNormalKernel = 0.3;

@@ -171,6 +171,7 @@ private:
         double share;  // of the mean
     };
     std::vector<std::uint8_t> haveShortEdges() const;
+    // Of a one-ring, with those of vertices that nearly coincide.
     struct RingShape {
         float area, flatness;
     };

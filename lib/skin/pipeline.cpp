@@ -86,7 +86,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     const std::vector<Vec3>& before_smoothing = retracted ? retracted->position : surface.position();
     const std::vector<float> kept = keepMeetings(base.meetings, before_smoothing, surface);
     if (retracted) {
-        if (lengths.edge_factor == 1) surface.fairSharpParts(kept);
+        if (lengths.edge_factor == 1) surface.fairSharpParts(kept);  // drops of coarse triangles would shrink
         limitDisplacements(surface, retracted->position, farthestSkinSmoothing(params));
     }
     surface.refineOnCurves(lengths.joining, lengths.edge_factor);
