@@ -61,7 +61,7 @@ void findCrossings(const Curves& curves, const std::vector<std::uint32_t>& valid
     std::vector<EdgeCrossing>& all = check.deepest_crossings;
     for (const auto& some : found)
         std::copy_if(some.begin(), some.end(), std::back_inserter(all),
-                     [&](const EdgeCrossing& c) { return c.depth > params.tolerance || params.tolerance == 0; });
+                     [&](const EdgeCrossing& c) { return c.depth >= params.tolerance; });
     std::sort(all.begin(), all.end(), [](const EdgeCrossing& a, const EdgeCrossing& b) {
         return std::tuple(-a.depth, a.first, a.second) < std::tuple(-b.depth, b.first, b.second);
     });

@@ -1,6 +1,7 @@
 
 #include "betamesh/check.h"
 
+#include "base/chosen_rows.h"
 #include "base/index.h"
 #include "base/parallel.h"
 #include "base/union_find.h"
@@ -289,28 +290,15 @@ std::vector<std::string_view> faultsOf(const MeshCheck& check, bool strict) {
 Mesh weldVertices(const Mesh& mesh) {
     const std::size_t n = mesh.position.size();
     const std::vector<std::uint32_t> first_at = firstVerticesAtPositions(mesh.position);
-    std::vector<std::uint32_t> row(n, 0);
-    Mesh welded;
-    for (const Attribute& attribute : mesh.attributes)
-        welded.attributes.push_back({attribute.name, attribute.components, {}, {}});
-    std::vector<bool> used(n, false);
+    std::vector<std::uint8_t> is_used(n, 0);
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t)
-            if (v < n) used[first_at[v]] = true;
-    for (std::size_t v = 0; v < n; ++v) {
-        if (!used[v]) continue;
-        row[v] = static_cast<std::uint32_t>(welded.position.size());
-        welded.position.push_back(mesh.position[v]);
-        if (!mesh.velocity.empty()) welded.velocity.push_back(mesh.velocity[v]);
-        for (std::size_t i = 0; i < mesh.attributes.size(); ++i) {
-            const Attribute& from = mesh.attributes[i];
-            Attribute& to = welded.attributes[i];
-            for (std::size_t k = v * from.components; k < (v + 1) * from.components; ++k) {
-                if (!from.real.empty()) to.real.push_back(from.real[k]);
-                if (!from.integer.empty()) to.integer.push_back(from.integer[k]);
-            }
-        }
-    }
+            if (v < n) is_used[first_at[v]] = 1;
+    const std::vector<std::uint32_t> used = indicesWhere(n, [&](std::uint32_t v) { return is_used[v] != 0; });
+    std::vector<std::uint32_t> row(n, 0);
+    for (std::size_t i = 0; i < used.size(); ++i) row[used[i]] = static_cast<std::uint32_t>(i);
+    Mesh welded{chosenRows(mesh.position, used), chosenRows(mesh.velocity, used), {}, {}, {}};
+    for (const Attribute& attribute : mesh.attributes) welded.attributes.push_back(chosenRows(attribute, used));
     if (mesh.component) welded.component.emplace();
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         Triangle t = mesh.triangles[i];

@@ -1,6 +1,7 @@
 #include "betamesh/simplify.h"
 
 #include "base/box.h"
+#include "base/chosen_rows.h"
 #include "base/compressed_rows.h"
 #include "base/index.h"
 #include "base/parallel.h"
@@ -402,16 +403,6 @@ double medianEdge(const Mesh& mesh) {
     return *middle;
 }
 
-// The chosen rows of an array with so many numbers a row, or an empty array.
-template <typename T>
-std::vector<T> chosenRows(const std::vector<T>& from, const std::vector<std::uint32_t>& chosen,
-                          std::size_t components = 1) {
-    std::vector<T> rows(from.empty() ? 0 : chosen.size() * components);
-    parallelFor(rows.size(), 8192,
-                [&](std::size_t i) { rows[i] = from[chosen[i / components] * components + i % components]; });
-    return rows;
-}
-
 // A mesh of some of the vertices. rows: of the triangles in whose place the new ones are.
 Mesh withTriangles(const Mesh& mesh, std::vector<Triangle> triangles, const std::vector<std::uint32_t>& rows) {
     const std::vector<std::uint32_t> used = verticesOf(triangles, mesh.position.size());
@@ -420,9 +411,7 @@ Mesh withTriangles(const Mesh& mesh, std::vector<Triangle> triangles, const std:
     for (Triangle& t : triangles)
         for (std::uint32_t& v : t) v = new_row[v];
     Mesh result{chosenRows(mesh.position, used), chosenRows(mesh.velocity, used), std::move(triangles), {}, {}};
-    for (const Attribute& a : mesh.attributes)
-        result.attributes.push_back({a.name, a.components, chosenRows(a.real, used, a.components),
-                                     chosenRows(a.integer, used, a.components), a.integer_type});
+    for (const Attribute& a : mesh.attributes) result.attributes.push_back(chosenRows(a, used));
     if (mesh.component) result.component = chosenRows(*mesh.component, rows);
     return result;
 }

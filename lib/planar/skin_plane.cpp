@@ -303,6 +303,8 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
     plane.alpha = alphaCurves(boundary, discs);
     if (params.surface == SurfaceKind::alpha) {
         plane.curves = plane.alpha;
+        watch(Stage::tessellate);
+        watch(Stage::smooth);
     } else {
         const std::vector<DualVec3> vertices = boundaryVertices(boundary, discs);
         BetaCurve curve = tessellated(boundary, discs, vertices, params);
@@ -319,7 +321,6 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
                        curve);
         watch(Stage::smooth);
         if (is_moving) limitVelocities(boundary, discs, curve);
-        watch(Stage::velocity);
         plane.curves = asCurves(curve);
         if (usesPaperTessellation(params)) addSpheres(particles, snapped, isolatedRows(boundary), plane.spheres);
     }
@@ -332,6 +333,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
     plane.curves.attributes = carriedAttributes(particles, boundary.row, discs, {boundary.worldRadius()},
                                                 params.attributes, plane.curves.position);
     plane.spheres.attributes = attributesOf(particles, plane.spheres.particle, params.attributes);
+    watch(Stage::velocity);
     return plane;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/attribute_names.h"
 #include "base/cell_grid.h"
+#include "base/chosen_rows.h"
 #include "base/octaves.h"
 #include "betamesh/error.h"
 
@@ -182,14 +183,7 @@ std::vector<Attribute> attributesOf(const Particles& particles, const std::vecto
     std::vector<Attribute> some;
     for (const std::string& name : withAccelerations(names, particles)) {
         const Attribute* attribute = attributeOf(particles, name);
-        if (attribute == nullptr) continue;
-        const std::size_t components = attribute->components;
-        Attribute& own = some.emplace_back(Attribute{name, attribute->components, {}, {}, attribute->integer_type});
-        for (const std::size_t row : rows)
-            for (std::size_t i = row * components; i < (row + 1) * components; ++i) {
-                if (!attribute->real.empty()) own.real.push_back(attribute->real[i]);
-                if (!attribute->integer.empty()) own.integer.push_back(attribute->integer[i]);
-            }
+        if (attribute != nullptr) some.push_back(chosenRows(*attribute, rows));
     }
     return some;
 }

@@ -1,6 +1,7 @@
 
 #include "skin/deforming_mesh.h"
 
+#include "base/chosen_rows.h"
 #include "base/parallel.h"
 #include "skin/constants.h"
 
@@ -129,14 +130,14 @@ std::vector<std::uint32_t> DeformingMesh::arrange() {
     const auto rows = static_cast<std::uint32_t>(size());
     const std::vector<std::uint32_t> present = indicesWhere(rows, [&](std::uint32_t v) { return fade[v] > 0; });
     std::vector<std::uint32_t> order;
-    groups_ = PointGroups(inOrder(position_, present), kGroupCell * spacing_,
-                          mesh_.scale.empty() ? mesh_.scale : inOrder(mesh_.scale, present), order);
-    order = inOrder(present, order);
+    groups_ =
+        PointGroups(chosenRows(position_, present), kGroupCell * spacing_, chosenRows(mesh_.scale, present), order);
+    order = chosenRows(present, order);
     order.reserve(rows);
     for (std::uint32_t v = 0; v < rows; ++v)
         if (!(fade[v] > 0)) order.push_back(v);
     reorderVertices(mesh_, order);
-    position_ = inOrder(position_, order);
+    position_ = chosenRows(position_, order);
     groups_.fitBoxes(position_);
     listConnections();
     return order;

@@ -1,6 +1,7 @@
 #include "skin/meetings.h"
 
 #include "base/angles.h"
+#include "base/chosen_rows.h"
 #include "base/parallel.h"
 #include "skin/constants.h"
 
@@ -93,7 +94,7 @@ public:
             if (!boundary.radius_of.empty()) scale.push_back(static_cast<float>(boundary.scaleOf(ball)));
         }
         groups_ = PointGroups(centre_, boundary.worldRadius(), scale, order_);
-        groups_.fitBoxes(inOrder(centre_, order_));
+        groups_.fitBoxes(chosenRows(centre_, order_));
     }
 
     std::vector<Meeting> find() const {

@@ -71,14 +71,6 @@ private:
     std::vector<Octave> octaves_;
 };
 
-/// values[order[i]] for every i.
-template <typename Value>
-std::vector<Value> inOrder(const std::vector<Value>& values, const std::vector<std::uint32_t>& order) {
-    std::vector<Value> sorted(order.size());
-    parallelFor(sorted.size(), 8192, [&](std::size_t i) { sorted[i] = values[order[i]]; });
-    return sorted;
-}
-
 /// Samples near a group of points, as runs of consecutive elements of arrays.
 template <std::size_t kFields>
 class SampleRuns {

@@ -1,6 +1,7 @@
 
 #include "skin/retract.h"
 
+#include "base/chosen_rows.h"
 #include "base/parallel.h"
 #include "skin/constants.h"
 
@@ -146,7 +147,7 @@ private:
         std::vector<std::uint32_t> order;
         parallelFor(position_.size(), 8192, [&](std::size_t i) { position_[i] = samples.point[i].position; });
         groups_ = PointGroups(position_, kOuterCell * spacing, samples.scale, order);
-        position_ = inOrder(position_, order);
+        position_ = chosenRows(position_, order);
         groups_.fitBoxes(position_);
         const auto fill = [&](std::uint32_t i, SampleFields<kFieldsOf<kScaled>>& f) {
             const std::uint32_t row = order[i];
@@ -161,7 +162,7 @@ private:
                 f[kGrowth] = samples.growth.empty() ? 0 : samples.growth[row] / (static_cast<float>(rolling_) * scale);
             }
         };
-        return {groups_, position_, spacing, fill, inOrder(samples.scale, kScaled ? order : decltype(order)())};
+        return {groups_, position_, spacing, fill, chosenRows(samples.scale, order)};
     }
 
     Approach approachOf(const Lanes (&sums)[kSums], std::size_t lane) const {

@@ -1,5 +1,6 @@
 #include "skin/surface_elements.h"
 
+#include "base/chosen_rows.h"
 #include "base/parallel.h"
 #include "skin/ball_boundary.h"
 #include "skin/constants.h"
@@ -112,7 +113,7 @@ GroupedElements::GroupedElements(const DeformingMesh& surface, const std::vector
     std::vector<float> scale(surface.mesh().scale.empty() ? 0 : element.size());
     for (std::size_t i = 0; i < scale.size(); ++i) scale[i] = element[i].scale;
     groups = PointGroups(position, kGroupCell * surface.spacing(), scale, order);
-    element = inOrder(element, order);
+    element = chosenRows(element, order);
     setPositions();
     groups.fitBoxes(position);
 }

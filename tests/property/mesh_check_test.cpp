@@ -623,6 +623,16 @@ TEST(MeshCheck, WeldingRepairsVerticesSplitPerCorner) {
         EXPECT_EQ(welded.position[v], whole.position[static_cast<std::size_t>(welded.attributes[0].integer[v])]);
 }
 
+TEST(WeldVertices, KeepsTheTypesOfAttributes) {
+    Mesh mesh = sphere(3);
+    mesh.attributes = {{"mask", 1, {}, std::vector<std::int32_t>(mesh.position.size(), 3), IntegerType::uint8},
+                       {"uv", 2, std::vector<float>(2 * mesh.position.size(), 0.5F), {}}};
+    const Mesh welded = weldVertices(mesh), empty = weldVertices({{}, {}, {}, {{"count", 1, {}, {}, {}, true}}});
+    EXPECT_EQ(welded.attributes[0].integer_type, IntegerType::uint8);
+    EXPECT_FALSE(welded.attributes[1].hasIntegers());
+    EXPECT_TRUE(empty.attributes[0].hasIntegers());
+}
+
 TEST(MeshCheck, IsTheSameAfterAFileRoundTrip) {
     const TemporaryFolder folder;
     const Mesh mesh = both(both(sphere(5), moved(sphere(5), Vec3(0.5))), moved(torus(9, 5), Vec3(10)));
