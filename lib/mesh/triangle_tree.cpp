@@ -61,13 +61,14 @@ TriangleTree::TriangleTree(std::span<const Vec3> position, std::span<const Trian
     refit();
 }
 
-void TriangleTree::refit() {
+void TriangleTree::refit(std::span<const Vec3> former) {
     first_leaf_ = std::bit_ceil(std::max<std::size_t>(leaves(), 1));
     node_.assign(2 * first_leaf_, {});
     parallelFor(leaves(), 1024, [&](std::size_t leaf) {
         Box& leaf_box = node_[first_leaf_ + leaf];
         for (std::size_t i = leaf * kLeaf; i < std::min(order_.size(), (leaf + 1) * kLeaf); ++i) {
             box_[i] = boxOf(position_, triangles_[order_[i]]);
+            if (!former.empty()) box_[i].extendBy(boxOf(former, triangles_[order_[i]]));
             box_[i].min -= Vec3(margin_);
             box_[i].max += Vec3(margin_);
             leaf_box.extendBy(box_[i]);

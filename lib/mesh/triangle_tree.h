@@ -22,7 +22,10 @@ public:
     /// cost    O(triangles log triangles)
     TriangleTree(std::span<const Vec3> position, std::span<const Triangle> triangles, double margin = 0);
     /// Fits the boxes to positions that have changed since. The order stays, so that far moves make queries slower.
-    void refit();
+    ///
+    /// in      former: where the vertices were; boxes then contain that as well, so that no triangle that moves on a
+    ///         straight path leaves its own. Empty: nothing more
+    void refit(std::span<const Vec3> former = {});
 
     std::size_t leaves() const { return (order_.size() + kLeaf - 1) / kLeaf; }
     std::span<const Vec3> position() const { return position_; }

@@ -220,7 +220,7 @@ inline constexpr float kNewSampleSquaredOffsetOfUnequal = 1;
 inline constexpr double kWideStep = 0.37, kMaxWideSteps = 16;
 /// Kernel widths over which steps are averaged: of the wide steps, then of each narrower one.
 inline constexpr double kWideKernel = 1.3;
-inline constexpr double kNarrowKernels[] = {1.0, 0.8, 0.6};
+inline constexpr double kNarrowKernels[] = {1.0, 0.8, 0.6}, kCoarseNarrowKernels[] = {1.0, 0.6};
 /// Longest step inwards, in kernel widths: an averaged field that changes so slowly does not fold the mesh. Longest
 /// step outwards, in dx.
 inline constexpr double kMaxStepInKernels = 0.2, kMaxOutwardStep = 0.1;
@@ -311,10 +311,12 @@ inline constexpr double kDropBend = 0.4;
 /// Kernel width of the mean over sharp vertices, its gain, and what is subtracted so that most vertices have no share.
 inline constexpr double kSharpKernel = 0.7;
 inline constexpr float kSharpGain = 4, kLeastSharp = 0.005F;
-/// Steps of fairing, and their gain, < 1/2: above it oscillates. Chosen: features of a hole's rim up to ten edges long
-/// become half as large; with twice as many steps the crease is the same and the surface jumps more.
-inline constexpr int kFairingSteps = 60;
-inline constexpr float kFairingGain = 0.4F;
+/// Steps of fairing, their gain, and the share of the last step that is added to each (Polyak 1964), with
+/// 2 gain < 1 + momentum: beyond, they oscillate. Chosen: features of a hole's rim up to ten edges long become half as
+/// large; with twice as many steps the crease is the same and the surface jumps more. Without momentum, 60 steps of gain
+/// 0.4 do as much.
+inline constexpr int kFairingSteps = 17;
+inline constexpr float kFairingGain = 0.6F, kFairingMomentum = 0.65F;
 /// Area of a triangle, over that of an equilateral one with the same sum of squared edges, below which it counts less
 /// in the mean over a one-ring.
 inline constexpr double kWellShaped = 0.5;
@@ -394,7 +396,7 @@ inline constexpr double kUndividedFlatness = 0.75, kDivisionFade = 0.15;
 inline constexpr int kWaveReturns = 3;
 inline constexpr double kWavesFull = 4;
 /// Calls of relaxFolds() after a pass; there is one before it, because fits depend on how vertices face.
-inline constexpr int kFoldRelaxations = 3;
+inline constexpr int kFoldRelaxations = 3, kCoarseFoldRelaxations = 2;
 /// Largest displacement by smoothing in skin depths, < 1: no vertex passes a particle.
 inline constexpr double kMaxSkinSmoothing = 0.9;
 /// Share of that from which displacements near by are shortened alike, so that no vertex stays behind alone: by the

@@ -170,23 +170,27 @@ void DeformingMesh::setInverseSquares(const PointGroup& group, double width, Lan
 void DeformingMesh::measure() {
     const std::size_t n = size(), triangles = mesh_.triangles.size();
     third_.resize(triangles);
-    const double scale = 1 / (6 * spacing_ * spacing_);
+    const double sixth = 1 / (6 * spacing_ * spacing_);
     parallelFor(triangles, 4096, [&](std::size_t t) {
         const auto& [a, b, c] = mesh_.triangles[t];
         const Vec3 ab = position_[b] - position_[a], ac = position_[c] - position_[a];
-        const Vec3f third(cross(ab, ac) * scale);
+        const Vec3f third(cross(ab, ac) * sixth);
         const double shortest = std::min({ab.length2(), ac.length2(), (ac - ab).length2()});
-        third_[t] = {third, third.length(), static_cast<float>(shortest / (spacing_ * spacing_))};
+        const double limit = static_cast<double>(kFoldCluster * std::max({scale(a), scale(b), scale(c)})) * spacing_;
+        third_[t] = {third, third.length(), shortest < limit * limit};
     });
     area_.resize(n);
+    has_short_edges_.resize(n);
     std::vector<Vec3f> sum(n);
     parallelFor(n, 2048, [&](std::size_t v) {
         TriangleThird all{};
         for (const std::uint32_t t : triangles_of_[v]) {
             all.vector_area += third_[t].vector_area;
             all.area += third_[t].area;
+            all.is_short |= third_[t].is_short;
         }
         area_[v] = all.area;
+        has_short_edges_[v] = all.is_short;
         sum[v] = all.vector_area;
     });
     // Later groups fade in from earlier ones; those on facets from each other.

@@ -80,7 +80,7 @@ public:
     /// They come last (addLastRefinement()). Those that already fade in on long edges move onto the curves, all others
     /// stay in place. Areas and normals are those of the new mesh. To be called once, after which vertices cannot be
     /// moved any more.
-    void refineOnCurves(double radius, double edge_factor);
+    void refineOnCurves(double radius);
     /// Moves vertices with folded one-rings towards the mean of their one-ring, and turns triangles that are inverted
     /// relative to the surface. Vertices that nearly coincide share their one-rings. Recomputes areas and normals
     /// afterwards.
@@ -170,12 +170,11 @@ private:
         std::uint32_t vertex;
         double share;  // of the mean
     };
-    std::vector<std::uint8_t> haveShortEdges() const;
     // Of a one-ring, with those of vertices that nearly coincide.
     struct RingShape {
         float area, flatness;
     };
-    RingShape ringShape(std::uint32_t v, bool has_short_edges) const;
+    RingShape ringShape(std::uint32_t v) const;
     double triangleWeight(std::uint32_t triangle) const;
     template <typename Visit>
     void forCoincident(std::uint32_t v, const Visit& visit) const;
@@ -198,13 +197,14 @@ private:
     std::vector<Vec3> position_;
     IndexRows triangles_of_;  // of each vertex
     struct TriangleThird {
-        Vec3f vector_area{0};       // a third of the triangle's
-        float area = 0;             // a third of the triangle's
-        float shortest_square = 0;  // of its edges
+        Vec3f vector_area{0};   // a third of the triangle's
+        float area = 0;         // likewise
+        bool is_short = false;  // has an edge so short that its ends count as one vertex in part
     };
     std::vector<TriangleThird> third_;
     std::vector<float> area_, flatness_;  // flatness: |Σ vector areas| / Σ areas of the one-ring, 1 where it is plane
     std::vector<Vec3f> normal_;
+    std::vector<std::uint8_t> has_short_edges_;  // is in a triangle that has
 
     std::array<ConstraintGroup, std::tuple_size_v<FadingVertices>> constraints_;
     std::vector<const Constraint*> constraint_of_;  // of each vertex; null: none

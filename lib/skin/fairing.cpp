@@ -36,17 +36,6 @@ void DeformingMesh::turnInverted(std::uint32_t triangle, std::vector<Vec3f>& ste
     step[t[k]] += Vec3f((target - apex) * (turned / spacing_));
 }
 
-// Whether each vertex is in a triangle with an edge so short that its ends count as one vertex in part.
-std::vector<std::uint8_t> DeformingMesh::haveShortEdges() const {
-    std::vector<std::uint8_t> have(size(), 0);
-    for (std::size_t t = 0; t < third_.size(); ++t) {
-        const auto& [a, b, c] = mesh_.triangles[t];
-        const float limit = kFoldCluster * std::max({scale(a), scale(b), scale(c)});
-        if (third_[t].shortest_square < limit * limit) have[a] = have[b] = have[c] = 1;
-    }
-    return have;
-}
-
 // How much a triangle counts in the means of one-rings: 1, and 0 without area. A vertex that has only just been divided
 // in two, as where four particles have a common sphere, has such triangles between the halves. A corner that fades in
 // is beside others that make as good a triangle without it.
@@ -126,8 +115,8 @@ void DeformingMesh::listOneRing(std::uint32_t v, std::vector<RingVertex>& ring) 
 }
 
 // Area and flatness of the one-ring of a vertex, together with those of vertices that nearly coincide with it.
-DeformingMesh::RingShape DeformingMesh::ringShape(std::uint32_t v, bool has_short_edges) const {
-    if (!has_short_edges) return {area_[v], flatness_[v]};
+DeformingMesh::RingShape DeformingMesh::ringShape(std::uint32_t v) const {
+    if (has_short_edges_[v] == 0) return {area_[v], flatness_[v]};
     Vec3f vector_area(0);
     float area = 0;
     const auto add = [&](std::uint32_t u, double k) {
@@ -141,11 +130,10 @@ DeformingMesh::RingShape DeformingMesh::ringShape(std::uint32_t v, bool has_shor
 }
 
 void DeformingMesh::relaxFolds() {
-    const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> step(size(), Vec3f(0));
     parallelFor(size(), 2048, [&](std::size_t row) {
         const auto v = static_cast<std::uint32_t>(row);
-        const double flatness = ringShape(v, has_short_edges[v] != 0).flatness;
+        const double flatness = ringShape(v).flatness;
         const double share = smoothStep((kFoldBegins - flatness) / (kFoldBegins - kFoldFull)).value;
         if (!(share > 0)) return;
         std::vector<RingVertex> ring;
@@ -157,7 +145,7 @@ void DeformingMesh::relaxFolds() {
     const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
         const Vec3f sum = normal_[a] + normal_[b] + normal_[c];
-        const auto& [vector_area, area, shortest_square] = third_[triangle];
+        const auto& [vector_area, area, is_short] = third_[triangle];
         return !(dot(vector_area, sum) > static_cast<float>(kInvertedCosine) * area * sum.length());
     });
     for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);
@@ -172,10 +160,9 @@ void DeformingMesh::relaxFolds() {
 // How much each vertex takes part in fairSharpParts(), 0 to 1: those of sharp one-rings in full, others the less the
 // farther they are from these.
 std::vector<float> DeformingMesh::fairingShares(const std::vector<float>& largest) const {
-    const std::vector<std::uint8_t> has_short_edges = haveShortEdges();
     std::vector<Vec3f> sharp(size(), Vec3f(0));
     parallelFor(size(), 2048, [&](std::size_t v) {
-        const auto& [area, flatness] = ringShape(static_cast<std::uint32_t>(v), has_short_edges[v] != 0);
+        const auto& [area, flatness] = ringShape(static_cast<std::uint32_t>(v));
         const double of_drop = kDropBend * static_cast<double>(area / (scale(v) * scale(v)));
         const double missing = std::min(kSharpBegins, 1 - of_drop) - static_cast<double>(flatness);
         sharp[v].x = static_cast<float>(smoothStep(missing / (kSharpBegins - kSharpFull)).value);
@@ -227,11 +214,13 @@ void DeformingMesh::fairSharpParts(const std::vector<float>& largest_share) {
         return mean;
     };
     const std::size_t rows = local.vertex.size();
-    std::vector<Vec3f> displacement(rows, Vec3f(0)), to_mean(rows);
+    std::vector<Vec3f> displacement(rows, Vec3f(0)), to_mean(rows), last_step(local.moving, Vec3f(0));
     for (int k = 0; k < kFairingSteps; ++k) {
         parallelFor(rows, 1024, [&](std::size_t i) { to_mean[i] = local.to_mean[i] + toMean(displacement, i); });
         parallelFor(local.moving, 1024, [&](std::size_t i) {
-            displacement[i] -= toMean(to_mean, i) * (kFairingGain * share[local.vertex[i]]);
+            Vec3f& step = last_step[i];
+            step = step * kFairingMomentum - toMean(to_mean, i) * (kFairingGain * share[local.vertex[i]]);
+            displacement[i] += step;
         });
     }
     std::vector<Vec3f> step(size(), Vec3f(0));

@@ -85,9 +85,8 @@ bool mayBeNearer(const TriangleTree& tree, const Vec3& point, double distance) {
 
 // The bump over a particle; none, with height 0, where it is deep enough. at: of the triangle nearest to a particle
 // nearby; set to that nearest to this one.
-Bump bumpOver(const DeepParticle& particle, const TriangleTree& tree, const std::vector<Vec3>& normals,
-              std::size_t& at) {
-    const bool is_enclosed = isEnclosed(tree, particle.position);
+Bump bumpOver(const DeepParticle& particle, bool is_enclosed, const TriangleTree& tree,
+              const std::vector<Vec3>& normals, std::size_t& at) {
     if (is_enclosed && !mayBeNearer(tree, particle.position, particle.least_depth)) return {};
     const double distance = tree.distanceTo(particle.position, at);
     const double depth = is_enclosed ? distance : -distance;
@@ -105,15 +104,22 @@ Bump bumpOver(const DeepParticle& particle, const TriangleTree& tree, const std:
     return bump;
 }
 
+// Whether each particle is inside.
+std::vector<std::uint8_t> areEnclosed(const std::vector<DeepParticle>& particles, const TriangleTree& tree) {
+    std::vector<std::uint8_t> are(particles.size());
+    parallelFor(are.size(), 64, [&](std::size_t i) { are[i] = isEnclosed(tree, particles[i].position); });
+    return are;
+}
+
 // The bumps over particles that are not deep enough, which alone are kept in the list.
-std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const TriangleTree& tree,
-                            const std::vector<Vec3>& normals) {
+std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const std::vector<std::uint8_t>& is_enclosed,
+                            const TriangleTree& tree, const std::vector<Vec3>& normals) {
     std::vector<Bump> all(particles.size());
     constexpr std::size_t kPerTask = 64;  // fixed, as the triangle from which a search starts may change rounding
     parallelFor((all.size() + kPerTask - 1) / kPerTask, 1, [&](std::size_t task) {
         std::size_t nearest = 0;
         for (std::size_t i = task * kPerTask; i < std::min(all.size(), (task + 1) * kPerTask); ++i)
-            all[i] = bumpOver(particles[i], tree, normals, nearest);
+            all[i] = bumpOver(particles[i], is_enclosed[i] != 0, tree, normals, nearest);
     });
     std::vector<Bump> bumps;
     std::vector<DeepParticle> rest;
@@ -233,26 +239,42 @@ InsideKeeper::InsideKeeper(const DeepParticles& deep, double spacing, BetaMesh& 
 
 void InsideKeeper::raise() {
     if (!tree_) return;
+    tested_ = position_;
+    is_enclosed_ = areEnclosed(particles_, *tree_);
     const std::vector<Vec3> normals = vertexNormals(mesh_);
     std::vector<DeepParticle> particles = particles_;
-    std::vector<Bump> bumps = bumpsOver(particles, *tree_, normals);
+    std::vector<Bump> bumps = bumpsOver(particles, is_enclosed_, *tree_, normals);
     if (bumps.empty()) return;
     Neighbourhood near(bumps, mesh_, position_, normals, *tree_, margin_);
     for (int round = 1; round <= kBumpRounds && !bumps.empty(); ++round) {
         near.raise(bumps);
-        if (round < kBumpRounds) bumps = bumpsOver(particles, *tree_, normals);
+        if (round < kBumpRounds) bumps = bumpsOver(particles, areEnclosed(particles, *tree_), *tree_, normals);
     }
+}
+
+// Whether the surface may have passed a point since raise() tested which particles it encloses: a triangle that moves
+// on a straight path stays in the box around where it was and where it is.
+bool InsideKeeper::mayHavePassed(const Vec3& point) const {
+    bool any = false;
+    tree_->forTriangles([&](const Box& box) { return box.intersects(point); },
+                        [&](std::uint32_t triangle) {
+                            for (const std::uint32_t v : mesh_.triangles[triangle])
+                                any = any || position_[v] != tested_[v];
+                            return !any;
+                        });
+    return any;
 }
 
 bool InsideKeeper::restore(const DualPoints& from) {
     if (!tree_) return false;
     parallelFor(position_.size(), 8192, [&](std::size_t v) { position_[v] = mesh_.vertex[v].position; });
-    tree_->refit();
-    std::vector<std::uint8_t> is_outside(particles_.size());
-    parallelFor(particles_.size(), 64,
-                [&](std::size_t i) { is_outside[i] = !isEnclosed(*tree_, particles_[i].position); });
+    tree_->refit(tested_);
+    std::vector<std::uint8_t> is_enclosed = is_enclosed_;
+    parallelFor(particles_.size(), 64, [&](std::size_t i) {
+        if (mayHavePassed(particles_[i].position)) is_enclosed[i] = isEnclosed(*tree_, particles_[i].position);
+    });
     const std::vector<std::uint32_t> outside =
-        indicesWhere(particles_.size(), [&](std::uint32_t i) { return is_outside[i]; });
+        indicesWhere(particles_.size(), [&](std::uint32_t i) { return is_enclosed[i] == 0; });
     if (outside.empty()) return false;
     std::vector<double> reach(outside.size());
     for (std::size_t i = 0; i < outside.size(); ++i) {

@@ -56,14 +56,18 @@ public:
     ///
     /// in      from: positions of the vertices before the displacement, where all particles are inside
     /// out     was any outside?
-    /// cost    O(triangles), and O(log triangles) for each particle at risk
+    /// cost    O(triangles), and O(log triangles) for each particle that the surface may have passed
     bool restore(const DualPoints& from);
 
 private:
     std::vector<DeepParticle> particles_;  // at risk
+    bool mayHavePassed(const Vec3& point) const;
+
     BetaMesh& mesh_;
-    std::vector<Vec3> position_;  // of the mesh; none without particles
-    double margin_;               // of the boxes in the tree
+    std::vector<Vec3> position_;             // of the mesh; none without particles
+    std::vector<Vec3> tested_;               // positions when raise() was called
+    std::vector<std::uint8_t> is_enclosed_;  // whether each particle was inside then
+    double margin_;                          // of the boxes in the tree
     std::optional<TriangleTree> tree_;
     double restored_reach_ = 2;  // around particles that are outside, in distances to where they ought to be
 };

@@ -81,15 +81,16 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     if (coherentPasses(params) > 0) {
         surface.writePositions();
         retracted = dualPoints(mesh.vertex);
-        smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params));
+        smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), coherentPasses(params),
+                   lengths.isCoarse());
     }
     const std::vector<Vec3>& before_smoothing = retracted ? retracted->position : surface.position();
     const std::vector<float> kept = keepMeetings(base.meetings, before_smoothing, surface);
     if (retracted) {
-        if (lengths.edge_factor == 1) surface.fairSharpParts(kept);  // drops of coarse triangles would shrink
+        if (!lengths.isCoarse()) surface.fairSharpParts(kept);  // drops of coarse triangles would shrink
         limitDisplacements(surface, retracted->position, farthestSkinSmoothing(params));
     }
-    surface.refineOnCurves(lengths.joining, lengths.edge_factor);
+    if (!lengths.isCoarse()) surface.refineOnCurves(lengths.joining);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);
     if (retracted) addLastRefinement(mesh.fading, *retracted);

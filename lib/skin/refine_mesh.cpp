@@ -113,8 +113,8 @@ void DeformingMesh::refine(double radius, double edge_factor) {
     arrange();
 }
 
-void DeformingMesh::refineOnCurves(double radius, double edge_factor) {
-    SplitDemand demand = splitDemand(radius, edge_factor);
+void DeformingMesh::refineOnCurves(double radius) {
+    SplitDemand demand = splitDemand(radius, 1);
     splitLongEdges(demand, kLastRefinement);
     listConnections();
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace betamesh {
 
@@ -305,10 +306,12 @@ void retractFrom(const OuterSamples& outer, const SkinLengths& lengths, Deformin
     // Wide steps approach the skin evenly; narrower ones correct what averaging has left of the gap.
     const double wide_steps = std::min(kMaxWideSteps, std::ceil((lengths.joining - lengths.skin) / kWideStep));
     for (double left = wide_steps; left > 0; --left) retraction.step(1 / left, kWideKernel);
-    for (const double width : kNarrowKernels) retraction.step(1, width);
-    for (int i = 0; i < kCatchUpsBefore; ++i) retraction.catchUp();
+    const bool is_coarse = lengths.isCoarse();
+    for (const double width : is_coarse ? std::span<const double>(kCoarseNarrowKernels) : kNarrowKernels)
+        retraction.step(1, width);
+    for (int i = 0; i < (is_coarse ? 0 : kCatchUpsBefore); ++i) retraction.catchUp();
     retraction.refine(lengths.joining, lengths.edge_factor);
-    for (int i = 0; i < kCatchUpsAfter; ++i) retraction.catchUp();
+    for (int i = 0; i < (is_coarse ? 1 : kCatchUpsAfter); ++i) retraction.catchUp();
     retraction.setVelocities(!outer.growth.empty());
     surface.measure();
 }

@@ -18,6 +18,8 @@ struct SkinLengths {
 
     double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
     double outer() const { return skin + rolling(); }
+    /// Whether the mesh is to be coarse, for which fewer steps do.
+    bool isCoarse() const { return edge_factor > 1; }
 };
 
 }  // namespace betamesh

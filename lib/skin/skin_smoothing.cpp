@@ -123,7 +123,7 @@ void shortenAlike(DeformingMesh& surface, const std::vector<Vec3>& from, double 
 
 }  // namespace
 
-void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes) {
+void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes, bool is_coarse) {
     const std::vector<Vec3> retracted = surface.position();
     widest = std::max(widest, kNarrowestFit);
     for (int pass = 0; pass < passes; ++pass) {
@@ -132,10 +132,10 @@ void smoothSkin(DeformingMesh& surface, double widest, double farthest, int pass
         const KernelShapes kernels = fitSpheres(surface, widest);
         const std::vector<Vec3f> normal = surface.smoothNormals();
         for (int i = 1; i <= kBiLaplacianSteps; ++i) smoothByBiLaplacian(surface, normal, i == kBiLaplacianSteps);
-        returnLongWaves(surface, normal, before, kernels, widest);
+        if (!is_coarse) returnLongWaves(surface, normal, before, kernels, widest);
         if (passes > 1) shortenAlike(surface, retracted, kGentleLimit * farthest);
         surface.measure();
-        for (int i = 0; i < kFoldRelaxations; ++i) surface.relaxFolds();
+        for (int i = 0; i < (is_coarse ? kCoarseFoldRelaxations : kFoldRelaxations); ++i) surface.relaxFolds();
     }
 }
 

@@ -14,6 +14,8 @@ namespace betamesh {
 /// 3. returnLongWaves(): the part of long waves that the fits have removed is added again.
 /// 4. DeformingMesh::relaxFolds(), as before the pass.
 ///
+/// A coarse mesh goes without step 3, which hardly shows there, and with fewer relaxations.
+///
 /// With several passes, what is near a vertex that gets nearly `farthest` from its initial position stays behind with
 /// it.
 ///
@@ -21,7 +23,7 @@ namespace betamesh {
 /// same    bytes for any thread count and instruction set
 /// cost    O(passes · vertices · samples within reach)
 /// source  Guennebaud & Gross 2007, Algebraic point set surfaces; Vollmer et al. 1999, Improved Laplacian smoothing
-void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes);
+void smoothSkin(DeformingMesh& surface, double widest, double farthest, int passes, bool is_coarse = false);
 
 /// Shortens the displacements of vertices, so that none is `farthest` particle spacings or more from where it was.
 /// Those up to two thirds of that hardly change.
