@@ -7,10 +7,11 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <set>
-#include <type_traits>
 #include <utility>
 
 namespace betamesh {
@@ -64,16 +65,22 @@ char separatorOf(const std::string& line) {
     return has_semicolon ? ';' : ' ';
 }
 
+struct Cells {
+    std::vector<std::string> text;
+    std::vector<bool> is_quoted;
+};
+
 /// The cells of a line. Quotes are those of RFC 4180: they enclose a whole cell, and a quote in it is doubled; any
 /// other quote is a character of its cell. nullopt: a quote is not closed.
-std::optional<std::vector<std::string>> cellsOf(const std::string& line) {
+std::optional<Cells> cellsOf(const std::string& line) {
     const char separator = separatorOf(line);
     const auto isEnd = [&](char c) { return c == separator || (separator == ' ' && c == '\t'); };
-    std::vector<std::string> cells;
+    Cells cells;
     for (std::size_t at = 0; at <= line.size(); ++at) {
         while (at < line.size() && isBlank(line[at])) ++at;
         std::string cell;
-        if (at < line.size() && line[at] == '"') {
+        const bool is_quoted = at < line.size() && line[at] == '"';
+        if (is_quoted) {
             for (++at;; ++at) {
                 if (at >= line.size()) return std::nullopt;
                 if (line[at] == '"' && (at + 1 >= line.size() || line[at + 1] != '"')) break;
@@ -87,13 +94,14 @@ std::optional<std::vector<std::string>> cellsOf(const std::string& line) {
             while (!cell.empty() && isBlank(cell.back())) cell.pop_back();
         }
         if (separator == ' ' && cell.empty()) continue;
-        cells.push_back(std::move(cell));
+        cells.text.push_back(std::move(cell));
+        cells.is_quoted.push_back(is_quoted);
     }
     return cells;
 }
 
 /// The cells of a line and of the lines that follow it inside quotes.
-std::vector<std::string> nextCells(Lines& lines, std::string line) {
+Cells nextCells(Lines& lines, std::string line) {
     for (;;) {
         if (auto cells = cellsOf(line)) return std::move(*cells);
         const auto more = lines.next();
@@ -115,29 +123,64 @@ std::optional<std::int64_t> integerOf(const std::string& cell) {
     return text.empty() ? number : std::nullopt;
 }
 
-/// The numbers of one column. integer: the same, as long as all of them are written as integers.
-struct Column {
-    std::vector<double> real;
-    std::vector<std::int64_t> integer;
-    bool whole = true;
-    std::string fault;   ///< the first cell that is no number, with its line
-    std::string beyond;  ///< the first integer of more than 64 bits, with its line, if all are written as integers
+/// A name as attributes have it: without white space, and not empty.
+std::string attributeName(std::string name) {
+    for (char& c : name)
+        if (static_cast<unsigned char>(c) <= ' ') c = '_';
+    return name.empty() ? "unnamed" : name;
+}
 
-    void add(double number, const std::string& cell, std::size_t line) {
-        real.push_back(number);
-        if (isReal()) return;
-        const auto exact = integerOf(cell);
-        if (whole && exact) integer.push_back(*exact);
-        if (exact) return;
-        whole = false;
-        integer = {};
-        if (cell.find_first_not_of("+-0123456789") != std::string::npos)
-            beyond.clear();
-        else if (beyond.empty())
-            beyond = "line " + std::to_string(line) + ": " + (cell.size() > 40 ? cell.substr(0, 40) + "…" : cell);
+bool needsQuotes(const std::string& name) { return name.find_first_of(",; \t\n\"") != std::string::npos; }
+
+std::string shortened(const std::string& cell) { return cell.size() > 40 ? cell.substr(0, 40) + "…" : cell; }
+
+bool isWrittenAsInteger(const std::string& cell) { return cell.find_first_not_of("+-0123456789") == std::string::npos; }
+
+/// Whether an integer is the same in single precision.
+bool isFloat(const std::string& integer, double number) {
+    if (std::abs(number) <= 0x1p24) return true;
+    std::array<char, 64> text;
+    std::snprintf(text.data(), text.size(), "%.0f", static_cast<double>(static_cast<float>(std::abs(number))));
+    return integer.substr(std::min(integer.find_first_not_of("+-0"), integer.size())) == text.data();
+}
+
+/// The numbers of one column.
+struct Column {
+    std::string name{};
+    bool is_whole = false;
+    std::vector<double> real{};           ///< empty if the numbers are whole
+    std::vector<std::int64_t> integer{};  ///< empty if they are not
+    std::string fault{};                  ///< the first cell that is no such number, with its line
+    bool has_fractions = false;           ///< a real number is not written as an integer
+    std::string inexact{};                ///< the first integer among real numbers that is no float, with its line
+
+    void add(const std::string& cell, std::size_t line) {
+        const auto note = [&](std::string& first, const std::string& text, const std::string& what) {
+            if (first.empty())
+                first = "line " + std::to_string(line) + ": " + text + " in column '" + name + "' " + what;
+        };
+        const auto number = numberOf(cell);
+        if (!number) note(fault, '\'' + cell + '\'', "is no number");
+        if (!is_whole) {
+            real.push_back(number.value_or(0));
+            has_fractions |= !isWrittenAsInteger(cell);
+            if (!has_fractions && inexact.empty() && !isFloat(cell, real.back()))
+                note(inexact, shortened(cell), "needs more than 24 bits");
+            return;
+        }
+        constexpr double kExact = 0x1p53;  // doubles below tell all whole numbers apart
+        auto exact = integerOf(cell);
+        if (!exact && number && !isWrittenAsInteger(cell) && std::abs(*number) < kExact &&
+            *number == std::trunc(*number))
+            exact = static_cast<std::int64_t>(*number);  // 7.0
+        if (!exact && number && isWrittenAsInteger(cell))
+            note(fault, shortened(cell), "is out of range, expected -2^63 to 2^63 - 1");
+        else if (!exact && number)
+            note(fault, shortened(cell), "is not an exact whole number");
+        integer.push_back(exact.value_or(0));
     }
-    /// Whether a cell is not written as an integer.
-    bool isReal() const { return !whole && beyond.empty(); }
+    std::size_t rows() const { return is_whole ? integer.size() : real.size(); }
+    double number(std::size_t row) const { return is_whole ? static_cast<double>(integer[row]) : real[row]; }
 };
 
 /// A column's name as that of a vector and a component, where it is one: "v.x", "Points:0", "vel_y", "a[2]", "vx".
@@ -181,8 +224,28 @@ bool isVelocity(const std::string& vector) {
     return name == "v" || name.starts_with("vel");
 }
 
+/// Which columns hold whole numbers: ids, groups, and those whose names are in quotes although others are not. The
+/// numbers do not count, so that all frames of a sequence agree.
+std::vector<bool> wholeColumns(const std::vector<std::string>& names, const std::vector<bool>& is_quoted,
+                               const std::string& id) {
+    const bool quotes_tell = std::ranges::find(is_quoted, false) != is_quoted.end();
+    std::vector<bool> whole;
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const std::string lower = lowerCase(names[c]);
+        const auto part = componentOf(names[c]);
+        const bool is_vector = lower == "x" || lower == "y" || lower == "z" ||
+                               (part && (isPosition(part->first) || isVelocity(part->first)));
+        const bool is_marked = quotes_tell && is_quoted[c] && !needsQuotes(names[c]);
+        const bool is_id = lower == "id" || (!id.empty() && attributeName(names[c]) == id);
+        whole.push_back(is_id || names[c].starts_with(kGroupPrefix) || (is_marked && !is_vector));
+    }
+    return whole;
+}
+
 /// The columns of the position, then all others. Of columns with the same name the first counts.
-std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lines& lines,
+///
+/// in      where: the file and the line of the names, for messages
+std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const std::string& where,
                                 std::vector<std::string>& warnings) {
     Meaning position{"P", {}};
     std::vector<Meaning> others;
@@ -217,7 +280,7 @@ std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lin
     if (!xyz[0] || !xyz[1] || !xyz[2]) {
         std::string all;
         for (const std::string& name : names) all += (all.empty() ? "'" : ", '") + name + "'";
-        lines.fail("no columns x, y and z; found " + all);
+        throw Error(where + "no columns x, y and z; found " + all);
     }
     for (const auto& column : xyz) position.columns.push_back(*column);
     std::vector<Meaning> meanings{position};
@@ -229,90 +292,48 @@ std::vector<Meaning> meaningsOf(const std::vector<std::string>& names, const Lin
     return meanings;
 }
 
-/// The numbers of some columns, row after row.
-NumberColumn numbersOf(const std::vector<Column>& columns, const std::vector<std::size_t>& which) {
+/// The numbers of some columns, row after row: whole only if all of them are.
+NumberColumn numbersOf(const std::vector<Column>& columns, const std::vector<std::size_t>& which, bool whole) {
     NumberColumn together;
-    const std::size_t rows = columns[which[0]].real.size();
-    const bool whole = std::all_of(which.begin(), which.end(), [&](std::size_t c) { return columns[c].whole; });
-    for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t i = 0; i < columns[which[0]].rows(); ++i)
         for (const std::size_t c : which)
             if (whole)
                 together.integer.push_back(columns[c].integer[i]);
             else
-                together.real.push_back(columns[c].real[i]);
+                together.real.push_back(columns[c].number(i));
     return together;
 }
 
-/// The first cell of more than 64 bits, with its line and column, if all cells of some columns are written as integers;
-/// else empty.
-std::string beyondIntegers(const std::vector<Column>& columns, const std::vector<std::size_t>& which,
-                           const std::vector<std::string>& names) {
-    if (std::ranges::any_of(which, [&](std::size_t c) { return columns[c].isReal(); })) return {};
+/// The first integer that becomes another float, with its line and column, if all cells of some columns are written as
+/// integers; else empty.
+std::string inexactIntegers(const std::vector<Column>& columns, const std::vector<std::size_t>& which) {
+    if (std::ranges::any_of(which, [&](std::size_t c) { return columns[c].has_fractions; })) return {};
     for (const std::size_t c : which)
-        if (!columns[c].whole) return columns[c].beyond + " in column '" + names[c] + "'";
+        if (!columns[c].inexact.empty()) return columns[c].inexact;
     return {};
 }
-
-// Writing.
-
-constexpr std::array kReserved{"x", "y", "z", "P", "vx", "vy", "vz", "v", "id"};
-
-/// The names of the columns of an attribute: "a", "a.x" … "a.w" or "a[0]" ….
-std::string columnName(const Attribute& a, std::uint32_t component) {
-    std::string name = a.name;
-    if (a.components > 4)
-        name += '[' + std::to_string(component) + ']';
-    else if (a.components > 1)
-        name += std::string(".") + "xyzw"[component];
-    if (name.find_first_of(",;\"") == std::string::npos) return name;
-    std::string quoted = "\"";
-    for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + '"';
-}
-
-class RowWriter {
-public:
-    explicit RowWriter(ByteWriter& out) : out_(out) {}
-
-    template <typename Number>
-    void number(Number value) {
-        std::array<char, 64> text;
-        const auto [end, error] = std::to_chars(text.data(), text.data() + text.size() - 2, value);
-        std::string_view digits(text.data(), static_cast<std::size_t>(end - text.data()));
-        cell(digits);
-        if constexpr (std::is_floating_point_v<Number>)  // so that it does not look like an integer
-            if (digits.find_first_not_of("-0123456789") == std::string_view::npos) out_.text(".0");
-    }
-    void vector(const Vec3f& v) {
-        for (int axis = 0; axis < 3; ++axis) number(v[axis]);
-    }
-    void cell(std::string_view text) {
-        if (!std::exchange(is_first_, false)) out_.text(",");
-        out_.text(text);
-    }
-    void end() {
-        out_.text("\n");
-        is_first_ = true;
-    }
-
-private:
-    ByteWriter& out_;
-    bool is_first_ = true;
-};
 
 }  // namespace
 
 FileContents parseTable(Cursor in, const ReadOptions& options) {
     Lines lines(in);
     std::vector<std::string> names;
+    std::vector<bool> is_quoted;  // of each name
     std::vector<Column> columns;
     bool has_names = false, has_element = false;
     std::optional<std::int64_t> atoms;  // as .xyz of chemistry says at its beginning
+    std::size_t line_of_names = 0;      // or of the first row
     std::vector<std::size_t> line_of;   // of each row
+    const auto makeColumns = [&] {
+        is_quoted.resize(names.size());
+        const std::vector<bool> whole = wholeColumns(names, is_quoted, options.id);
+        for (std::size_t c = 0; c < names.size(); ++c) columns.push_back({.name = names[c], .is_whole = whole[c]});
+    };
     while (auto line = lines.next()) {
         const std::size_t first = line->find_first_not_of(" \t,;");
         if (first == std::string::npos || line->at(first) == '#') continue;
-        std::vector<std::string> cells = nextCells(lines, std::move(*line));
+        const std::size_t line_number = lines.number();
+        auto [cells, quotes] = nextCells(lines, std::move(*line));
         if (cells.empty()) continue;
         if (columns.empty()) {
             const bool numeric = numberOf(cells[0]).has_value();
@@ -323,9 +344,11 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                 continue;
             }
             has_element = atoms && !numeric;
+            if (!has_names) line_of_names = line_number;
             if (!numeric && !has_element && !has_names) {
                 has_names = true;
-                names = cells;
+                names = std::move(cells);
+                is_quoted = std::move(quotes);
                 continue;
             }
             const std::size_t width = cells.size() - has_element;
@@ -333,102 +356,68 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
                 for (std::size_t c = 0; c < width; ++c)
                     names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c))
                                           : "column" + std::to_string(c + 1));
-            columns.resize(names.size());
+            makeColumns();
         }
         if (has_element) cells.erase(cells.begin());
         while (cells.size() > names.size() && cells.back().empty()) cells.pop_back();
         if (cells.size() != names.size())
-            lines.fail("has " + std::to_string(cells.size()) + " columns, expected " + std::to_string(names.size()));
-        for (std::size_t c = 0; c < names.size(); ++c) {
-            const auto number = numberOf(cells[c]);
-            if (!number && columns[c].fault.empty())
-                columns[c].fault = "line " + std::to_string(lines.number()) + ": '" + cells[c] + "' in column '" +
-                                   names[c] + "' is no number";
-            columns[c].add(number.value_or(0), cells[c], lines.number());
-        }
+            lines.fail("has " + std::to_string(cells.size()) + " columns, expected " + std::to_string(names.size()) +
+                       " as in line " + std::to_string(line_of_names));
+        for (std::size_t c = 0; c < names.size(); ++c) columns[c].add(cells[c], lines.number());
         line_of.push_back(lines.number());
     }
     if (lines.number() == 0) throw Error(in.file() + ": 0 bytes, expected the names of columns or rows of numbers");
     if (atoms && static_cast<std::int64_t>(line_of.size()) < *atoms)
         throw Error(in.file() + ": has " + std::to_string(line_of.size()) + " rows of atoms, expected " +
                     std::to_string(*atoms) + ", as it says at its beginning");
-    const std::size_t rows = line_of.size();
     FileContents contents;
     contents.format = has_names ? "table with named columns" : "table without names";
-    columns.resize(names.size());
-    if (names.empty()) names = {"x", "y", "z"}, columns.resize(3);
+    contents.has_double_positions = true;
+    if (names.empty()) names = {"x", "y", "z"};
+    if (columns.empty()) makeColumns();
     std::set<std::string> known;
-    for (const Meaning& meaning : meaningsOf(names, lines, contents.warnings)) {
+    std::string renamed;
+    const std::string where = in.file() + ": line " + std::to_string(line_of_names) + ": ";
+    for (const Meaning& meaning : meaningsOf(names, where, contents.warnings)) {
         const auto faulty = std::ranges::find_if(meaning.columns, [&](auto c) { return !columns[c].fault.empty(); });
         if (faulty != meaning.columns.end()) {
             const std::string& fault = columns[*faulty].fault;
-            if (meaning.name == "P" || isVelocity(meaning.name) || meaning.name == options.id ||
+            if (meaning.name == "P" || isVelocity(meaning.name) || attributeName(meaning.name) == options.id ||
                 (options.needs && options.needs(meaning.name)))
                 throw Error(in.file() + ": " + fault);
             contents.warnings.push_back("attribute '" + meaning.name + "' is left out: " + fault);
             continue;
         }
-        NumberColumn numbers = numbersOf(columns, meaning.columns);
         const auto width = static_cast<std::uint32_t>(meaning.columns.size());
-        std::string name = meaning.name;
-        for (char& c : name)
-            if (static_cast<unsigned char>(c) <= ' ') c = '_';
-        if (name.empty()) name = "unnamed";
+        const std::string name = attributeName(meaning.name);
         if (!known.insert(name).second) {
             contents.warnings.push_back("column '" + meaning.name +
                                         "' is left out, because an earlier one is called '" + name + "' as well");
             continue;
         }
-        const std::string beyond = beyondIntegers(columns, meaning.columns, names);
-        if (!beyond.empty() && name == options.id)
-            throw Error(in.file() + ": " + beyond + " is out of range, expected 0 to 2^63 - 1");
-        const bool is_velocity = isVelocity(name) && width > 1;
-        if (!beyond.empty() && meaning.name != "P" && !is_velocity)
-            contents.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + beyond +
-                                        " needs more than 64 bits");
-        contents.declared.push_back({name, haveSigned32Bits(numbers.integer) ? "number" : "int64", width, ""});
-        if (meaning.name == "P") {
-            for (const std::size_t c : meaning.columns)
-                if (auto lost = firstTooLarge(names[c], 1, {columns[c].real, {}}))
-                    contents.lost_numbers.push_back(std::move(*lost));
-            contents.position = positionsFrom(numbers, 3, options.origin);
-            contents.has_double_positions = !numbers.real.empty();
-        } else if (is_velocity) {
-            if (numbers.real.empty()) numbers = {{numbers.integer.begin(), numbers.integer.end()}, {}};
-            addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
-        } else
-            addColumn(name, width, std::move(numbers), rows, options, in.file(), contents);
+        if (name != meaning.name) renamed += (renamed.empty() ? "'" : ", '") + meaning.name + "' to '" + name + "'";
+        const bool is_vector = meaning.name == "P" || (isVelocity(name) && width > 1);
+        const bool whole =
+            !is_vector && std::ranges::all_of(meaning.columns, [&](std::size_t c) { return columns[c].is_whole; });
+        if (const std::string inexact = inexactIntegers(columns, meaning.columns);
+            !whole && !is_vector && !inexact.empty())
+            contents.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + inexact +
+                                        ". Names in quotes, as in x,y,z,\"key\", mark columns of whole numbers");
+        contents.declared.push_back({name, whole ? "int64" : "number", width, ""});
+        NumberColumn numbers = numbersOf(columns, meaning.columns, whole);
+        if (meaning.name != "P") {
+            addColumn(name, width, std::move(numbers), line_of.size(), options, in.file(), contents);
+            continue;
+        }
+        for (const std::size_t c : meaning.columns)
+            if (auto lost = firstTooLarge(names[c], 1, {columns[c].real, {}}))
+                contents.lost_numbers.push_back(std::move(*lost));
+        contents.position = positionsFrom(numbers, 3, options.origin);
     }
+    if (!renamed.empty())
+        contents.warnings.push_back("columns without a name, or with white space in it, are renamed: " + renamed);
     for (LostNumber& lost : contents.lost_numbers) lost.line = line_of[static_cast<std::size_t>(lost.particle)];
     return deliverWhole(std::move(contents), options);
-}
-
-void encodeTable(ByteWriter& out, const Particles& particles, const std::string& file) {
-    const std::size_t n = particles.size();
-    const bool has_velocity = !particles.velocity.empty() || n == 0, has_id = !particles.id.empty() || n == 0;
-    requireWritable(particles, file);
-    requireWritable(particles.attributes, n, {kReserved.begin(), kReserved.end()}, file);
-    RowWriter row(out);
-    for (const char* name : {"x", "y", "z"}) row.cell(name);
-    if (has_velocity)
-        for (const char* name : {"vx", "vy", "vz"}) row.cell(name);
-    if (has_id) row.cell("id");
-    for (const Attribute& a : particles.attributes)
-        for (std::uint32_t c = 0; c < a.components; ++c) row.cell(columnName(a, c));
-    row.end();
-    for (std::size_t i = 0; i < n; ++i) {
-        row.vector(particles.position[i]);
-        if (has_velocity) row.vector(particles.velocity[i]);
-        if (has_id) row.number(static_cast<std::int64_t>(particles.id[i]));
-        for (const Attribute& a : particles.attributes)
-            for (std::size_t k = i * a.components; k < (i + 1) * a.components; ++k)
-                if (a.integer.empty())
-                    row.number(a.real[k]);
-                else
-                    row.number(a.integer[k]);
-        row.end();
-    }
-    out.flush();
 }
 
 }  // namespace betamesh

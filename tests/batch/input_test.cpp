@@ -287,7 +287,7 @@ TEST_F(InputJob, AColumnBesideTheVelocityIsNotTakenForAComponent) {
     EXPECT_NE(outcome.err.find("not used: attribute 'v_x'"), std::string::npos) << outcome.err;
 }
 
-TEST_F(InputJob, WholeNumbersOfMoreThan64BitsAreNamedOnce) {
+TEST_F(InputJob, WholeNumbersThatBecomeOtherFloatsAreNamedOnce) {
     for (int frame = 1; frame <= 3; ++frame) {
         std::string table = "x,y,z,velocity_group\n";
         for (const Vec3f& p : block(5, 5, 5).position)
@@ -297,10 +297,29 @@ TEST_F(InputJob, WholeNumbersOfMoreThan64BitsAreNamedOnce) {
     }
     const Outcome outcome = runProgram({"mesh", "h.#.csv", "o.#.ply"}, folder_.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    const std::size_t at = outcome.err.find("in column 'velocity_group' needs more than 64 bits");
+    const std::size_t at = outcome.err.find("in column 'velocity_group' needs more than 24 bits");
     EXPECT_NE(at, std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.err.find("64 bits", at + 60), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("24 bits", at + 60), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.err.find(std::string(60, '8')), std::string::npos) << outcome.err;
+}
+
+TEST_F(InputJob, ColumnsHaveTheSameTypesInAllFrames) {
+    for (const int frame : {1, 2}) {
+        std::string table = "x,y,z,id,temp,heat,\"phase\"\n";
+        std::size_t row = 0;
+        for (const Vec3f& p : block(5, 5, 5).position)
+            table += std::to_string(p.x) + ',' + std::to_string(p.y) + ',' + std::to_string(p.z) + ',' +
+                     std::to_string(++row) + (frame == 1 ? ",300,-1,2\n" : ",300.5,1e-3,2.0\n");
+        write(folder_ / ("t." + std::to_string(frame) + ".csv"), table);
+        const std::string name = "o." + std::to_string(frame) + ".ply";
+        const Outcome outcome = runProgram(
+            {"mesh", "t.#.csv", "o.#.ply", "--attributes", "temp,heat,phase", "--frames", std::to_string(frame)},
+            folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::string mesh = contentsOf(folder_ / name);
+        for (const char* property : {"property float temp\n", "property float heat\n", "property int phase\n"})
+            EXPECT_NE(mesh.find(property), std::string::npos) << property << mesh.substr(0, mesh.find("end_header"));
+    }
 }
 
 TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {

@@ -8,6 +8,7 @@
 #include "support/file_checks.h"
 
 #include <cstring>
+#include <limits>
 
 namespace betamesh {
 namespace {
@@ -35,7 +36,7 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
         {"# comment\nx y z\tdensity\n1 2 3 .5\n4\t5 6 1.5", {"density/1"}},
         {"\"Points:0\",\"Points:1\",\"Points:2\",\"v:0\",\"v:1\",\"v:2\"\n1,2,3,0,0,1\n4,5,6,0,1,0\n", {"v/3"}},
         {"id,P.x,P.y,P.z,vel_x,vel_y,vel_z\n7,1,2,3,0,0,1\n8,4,5,6,0,1,0\n", {"vel/3"}},
-        {"x,y,z,vx,vy,vz,type\n1,2,3,0,0,1,2\n4,5,6,0,1,0,1\n", {"v/3", "type/1"}},
+        {"x,y,z,vx,vy,vz,\"type\"\n1,2,3,0,0,1,2\n4,5,6,0,1,0,1\n", {"v/3", "type/1"}},
         {"z,y,x,a[0],a[1],b.y\n3,2,1,0,0,1\n6,5,4,0,1,0\n", {"a/2", "b.y/1"}},
         {"1 2 3 9\n4 5 6 8\n", {"column4/1"}},
         {"2\nwater\nO 1 2 3\nH 4 5 6\n", {}},
@@ -52,16 +53,58 @@ TEST(TableFile, NamedColumnsOfEveryUsualSpelling) {
         EXPECT_TRUE(table(empty).position.empty()) << empty;
 }
 
+TEST(TableFile, TypesDoNotDependOnTheNumbers) {
+    const auto typesOf = [](const std::string& header, const std::string& row, const ReadOptions& options = {}) {
+        std::string types;
+        const FileContents contents = table(header + '\n' + row + '\n', options);
+        for (const Attribute& a : contents.attributes) types += a.hasIntegers() ? 'i' : 'f';
+        return types + (contents.id.empty() ? "" : " id") + (contents.has_double_positions ? " double" : "");
+    };
+    ReadOptions by_key;
+    by_key.id = "key";
+    for (const char* row : {"1,2,3,4,5,6,7", "1.5,2.5,3.5,4.0,5.5,6.5,7.0", "1e3,2,3,4e0,5e-1,nan,7e0"}) {
+        SCOPED_TRACE(row);
+        EXPECT_EQ(typesOf("x,y,z,id,temp,a,\"key\"", row), "ffi id double");
+        EXPECT_EQ(typesOf("\"x\",\"y\",\"z\",\"id\",\"temp\",\"a\",\"key\"", row), "fff id double");
+        EXPECT_EQ(typesOf("x,y,z,state,a.x,a.y,key", row, by_key), "ff id double");
+        EXPECT_EQ(typesOf("x,y,z,group:foam,\"vx\",\"vy\",key", row), "iff double");
+    }
+}
+
+TEST(TableFile, IdsAreExactWholeNumbers) {
+    for (const std::int64_t id : {0LL, -1LL, 16777217LL, (1LL << 53) + 1, std::numeric_limits<long long>::max()}) {
+        const FileContents contents = table("x,y,z,id\n1,2,3," + std::to_string(id) + '\n');
+        EXPECT_EQ(contents.id, std::vector<std::uint64_t>{static_cast<std::uint64_t>(id)});
+    }
+    EXPECT_EQ(table("x,y,z,id\n1,2,3,7.0\n4,5,6,8e3\n").id, (std::vector<std::uint64_t>{7, 8000}));
+    for (const char* id : {"1.5", "nan", "1e17", "9007199254740993.0"})
+        expectError([&] { table("x,y,z,id\n1,2,3,4\n1,2,3," + std::string(id) + '\n'); },
+                    {"a.csv: line 3: ", id, "in column 'id' is not an exact whole number"});
+    const FileContents left_out = table("x,y,z,\"count\"\n1,2,3,1.5\n");
+    EXPECT_TRUE(left_out.attributes.empty());
+    EXPECT_EQ(left_out.warnings, std::vector<std::string>{"attribute 'count' is left out: line 2: 1.5 in column "
+                                                          "'count' is not an exact whole number"});
+}
+
+TEST(TableFile, RenamedColumnsAreNamedOnce) {
+    const FileContents contents = table("x,y,z,,a b,c\td,e\n1,2,3,4,5,6,7\n");
+    EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"unnamed/1", "a_b/1", "c_d/1", "e/1"}));
+    EXPECT_EQ(contents.warnings,
+              std::vector<std::string>{"columns without a name, or with white space in it, "
+                                       "are renamed: '' to 'unnamed', 'a b' to 'a_b', 'c\td' to 'c_d'"});
+    EXPECT_TRUE(table("x,y,z,a,b.x,b.y,vx,vy,vz\n1,2,3,4,5,6,7,8,9\n").warnings.empty());
+}
+
 TEST(TableFile, QuotesAreThoseOfRfc4180) {
     const FileContents contents =
         table("x,y,z,\"a,b\",\"say \"\"hi\"\"\",  \"two\nlines\" ,5\" pipe\n\"1\",2,3,\"4\",5,6,7\n");
     EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"a,b/1", "say_\"hi\"/1", "two_lines/1", "5\"_pipe/1"}));
     EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}}));
-    EXPECT_EQ(contents.attributes[3].integer, (std::vector<std::int32_t>{7}));
+    EXPECT_EQ(contents.attributes[3].real, std::vector<float>{7});
     EXPECT_EQ(namesOf(table("x;y;z;\"a,b\"\n1;2;3;4\n")), (std::vector<std::string>{"a,b/1"}));
     expectError([] { table("x,y,z,\"a\n1,2,3,4\n"); }, {"a.csv", "a quote is not closed"});
     Particles particles = sampleParticles(2, false, false, false);
-    particles.attributes = {{"say\"hi\"", 1, {1, 2}, {}}, {"a,b", 1, {}, {7, -7}}};
+    particles.attributes = {{"say\"hi\"", 1, {1, 2}, {}}, {"a,b", 1, {7, -7}, {}}};
     const Bytes bytes = tableOf(particles);
     expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv").attributes, particles.attributes);
 }
@@ -70,8 +113,8 @@ TEST(TableFile, ColumnsWithTheSameNameAreNamedInAWarning) {
     const FileContents contents = table("x,y,z,a,b,a,P.x,X,b c,b_c\n1,2,3,4,5,6,7,8,9,10\n");
     EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"a/1", "b/1", "b_c/1"}));
     EXPECT_EQ(contents.position, (std::vector<Vec3f>{{1, 2, 3}}));
-    EXPECT_EQ(contents.attributes[0].integer, (std::vector<std::int32_t>{4}));
-    ASSERT_EQ(contents.warnings.size(), 4U);
+    EXPECT_EQ(contents.attributes[0].real, std::vector<float>{4});
+    ASSERT_EQ(contents.warnings.size(), 5U);  // the last one tells of `b c`
     for (const auto& [i, name] : {std::pair(0, "column 6 ('a')"), std::pair(1, "column 7 ('P.x')"),
                                   std::pair(2, "column 8 ('X')"), std::pair(3, "column 'b_c'")})
         EXPECT_NE(contents.warnings[static_cast<std::size_t>(i)].find(name), std::string::npos);
@@ -126,7 +169,7 @@ TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
     particles.attributes = {{"whole", 1, {1, -3}, {}}, {"count", 1, {}, {7, -7}}};
     const Bytes bytes = tableOf(particles);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    EXPECT_EQ(text.substr(0, text.find('\n')), "x,y,z,whole,count");
+    EXPECT_EQ(text.substr(0, text.find('\n')), "x,y,z,whole,\"count\"");
     EXPECT_NE(text.find(",-3.0,-7\n"), std::string::npos) << text;
     expectSame(particlesFrom(parseTable({bytes, "a.csv"}), {}, "a.csv").attributes, particles.attributes);
     particles.attributes = {{"vx", 1, {1, 2}, {}}};
@@ -134,7 +177,7 @@ TEST(TableFile, FloatsThatAreWholeNumbersStayFloats) {
 }
 
 TEST(TableFile, NumbersThatAreTooLargeAreNamedWithTheirLine) {
-    const FileContents contents = table("x,y,z,id,a.x,a.y,n\n\n1,2,3,-1,1,-1e39,1\n4,5,6,7,1e400,inf,9999999999\n");
+    const FileContents contents = table("x,y,z,id,a.x,a.y,\"n\"\n\n1,2,3,-1,1,-1e39,1\n4,5,6,7,1e400,inf,9999999999\n");
     ASSERT_EQ(contents.lost_numbers.size(), 1U);
     EXPECT_EQ(contents.lost_numbers[0].attribute, "a");
     EXPECT_EQ(contents.lost_numbers[0].particle, 0U);
@@ -162,11 +205,12 @@ TEST(TableFile, IntegersThatBecomeFloatsBecauseTheyAreTooLargeAreNamedInAWarning
         table("x,y,z,key,a.x,a.y\n1,2,3,4,5,6\n1,2,3," + first + ",7,8\n1,2,3," + large + ",9,-" + large + "\n");
     EXPECT_EQ(namesOf(contents), (std::vector<std::string>{"key/1", "a/2"}));
     EXPECT_EQ(contents.attributes.at(0).real, (std::vector<float>{4, 0x1p64F, 1e23F}));
+    const std::string advice = ". Names in quotes, as in x,y,z,\"key\", mark columns of whole numbers";
     EXPECT_EQ(contents.warnings,
               (std::vector<std::string>{"attribute 'key' becomes floats of single precision: line 3: " + first +
-                                            " in column 'key' needs more than 64 bits",
+                                            " in column 'key' needs more than 24 bits" + advice,
                                         "attribute 'a' becomes floats of single precision: line 4: -" + large +
-                                            " in column 'a.y' needs more than 64 bits"}));
+                                            " in column 'a.y' needs more than 24 bits" + advice}));
     const TemporaryFolder folder;
     write(folder / "a.csv", "x,y,z,key\n1,2,3," + large + "\n");
     EXPECT_EQ(readSummarised(folder / "a.csv", {}).summary.warnings.size(), 1U);
@@ -186,7 +230,13 @@ TEST(TableFile, ErrorsNameTheLine) {
     expectError([] { table("id,x,y,z\nfirst,1,2,3\n"); }, {"line 2", "'first'", "column 'id'"});
     expectError([] { table("x,y,z,v.x,v.y,v.z\n1,2,3,4,,6\n"); }, {"line 2", "''", "column 'v.y'"});
     expectError([] { table("1 2 3\n4 5 6 7\n"); }, {"a.csv: line 2", "4 columns, expected 3"});
-    expectError([] { table("x,y\n1,2\n"); }, {"no columns x, y and z", "'x', 'y'"});
+    for (const char* rows : {"", "1,2\n", "1,2\n3,4\n\n5,6\n"}) {
+        expectError([&] { table("# a comment\nx,y\n" + std::string(rows)); },
+                    {"a.csv: line 2: no columns x, y and z", "'x', 'y'"});
+        expectError([&] { table("\"a\nb\",y\n" + std::string(rows)); }, {"a.csv: line 1: no columns x, y and z"});
+    }
+    expectError([] { table("\n1,2\n3,4\n"); }, {"a.csv: line 2: no columns x, y and z"});
+    expectError([] { table("# a comment\nx,y,z\n1,2,3\n4,5\n"); }, {"a.csv: line 4", "expected 3 as in line 2"});
     expectError([] { table("1,2\n1,2\n"); }, {"no columns x, y and z"});
     expectError([] { table("1.5\n2.5\n"); }, {"no columns x, y and z"});
     expectError([] { table(""); }, {"a.csv: 0 bytes", "expected"});
