@@ -155,7 +155,7 @@ Sequence meshFiles(const CoherenceArguments& arguments) {
 std::shared_ptr<const Particles> startingParticles(const std::string& file, const Config& config, int frame,
                                                    const WorkerEvents& events) {
     const WorkerEvents::FrameInProgress at_work(events, frame);
-    auto particles = std::make_shared<Particles>(readParticles(file, config.input));
+    auto particles = std::make_shared<Particles>(readParticles(file, inputOf(config, frame)));
     if (particles->size() > 0 && particles->velocity.empty())
         throw Error(file + ": the particles have no velocity (v, velocity or vel), so they cannot be moved in steps. " +
                     "Name the attribute with --set input.velocity=NAME.");

@@ -108,7 +108,7 @@ int compare(const PreviewJob& job, const std::vector<std::string>& panel_texts, 
     if (panel_texts.empty()) panels = defaultPanels(shared, worker);
     for (const std::string& text : panel_texts) panels.push_back(panelOf(text, shared, worker));
     return writePreviews(job, worker, [&](const PreviewTask& task) {
-        const Particles particles = readParticles(task.input, plan.config.input);
+        const Particles particles = readParticles(task.input, inputOf(plan.config, task.frame));
         std::vector<CaptionedImage> images;
         for (const Panel& panel : panels)
             images.push_back({toneMapped(rendered(panel.plan, particles)), panel.caption});

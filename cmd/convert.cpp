@@ -1,6 +1,7 @@
 #include "io/convert_file.h"
 
 #include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
 #include "batch/job/usd_sequence.h"
@@ -69,16 +70,26 @@ ConversionOptions conversionOptions(const ConvertArguments& arguments) {
 }
 
 std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
-    const FramePattern input = inputPattern(arguments.input), output = framePattern(arguments.output);
-    const auto on_disk = framesOnDisk(input);
-    const std::vector<int> frames = chosenFrames(arguments.frames, input, on_disk);
-    requirePlaceholder(frames.size(), output);
-    if (arguments.frames == "all") warnOfLeftOut({arguments.input});
+    const FramePattern output = framePattern(arguments.output);
     const ConversionOptions options = conversionOptions(arguments);
+    Config::Input named;
+    named.path = arguments.input;
+    named.grid = options.grids;
+    const InputFrames input = inputFrames(named);
+    const std::vector<int> frames = chosenFrames(arguments.frames, input, !output.numbered);
+    requirePlaceholder(frames.size(), output);
+    if (arguments.frames == "all") {
+        warnOfLeftOut({arguments.input});
+        for (const std::string& warning : leftOutOfFile(input, frames)) logWarning(warning);
+    }
     std::vector<ConversionTask> tasks;
     for (const int frame : frames) {
-        tasks.push_back({fileOfFrame(input, on_disk, frame), frameName(output, frame), options});
+        tasks.push_back({fileOfFrame(input.pattern, input.files, frame), frameName(output, frame), options});
         if (output.numbered) tasks.back().options.write.frame = frame;
+        if (!input.is_one_file) continue;
+        if (!input.isThere(frame))
+            throw Error(arguments.input + ": has no time sample at frame " + std::to_string(frame) + '.');
+        tasks.back().options.frame = frame;
     }
     return tasks;
 }

@@ -169,6 +169,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     std::string note;
     ReadOptions reading;
     reading.grids = given.grids;
+    reading.frame = given.frame;
     reading.all_groups = true;
     if (!given.grids.empty() && !hasGrids(from))
         throw Error(from.string() + ": has no grids, but grid '" + given.grids[0] +

@@ -26,6 +26,7 @@ struct ConversionOptions {
     std::optional<UpAxis> input_up_axis{};  ///< nullopt: as the input says, or else y
     std::vector<std::string> grids{};       ///< as ReadOptions::grids
     OnBadParticle on_bad_particle = OnBadParticle::error;
+    std::optional<double> frame{};  ///< as ReadOptions::frame
 };
 
 /// Reads particles, a mesh or curves in the format of the file's contents, and writes the same in the format of the

@@ -105,7 +105,8 @@ struct ReadOptions {
     /// Attributes that must be read: a table with a cell that is no number is an error there, and a warning elsewhere.
     /// Not set: none.
     std::function<bool(const std::string& name)> needs{};
-    Vec3 origin{0, 0, 0};  ///< is subtracted from positions before they are rounded to float
+    Vec3 origin{0, 0, 0};           ///< is subtracted from positions before they are rounded to float
+    std::optional<double> frame{};  ///< as ParticleInput::frame
     /// If set, gets the points (position, id and attributes) in blocks of a few thousand, and the result of the reader
     /// has none. total: number of points that the file declares.
     std::function<void(FileContents&& points, std::uint64_t total)> points{};

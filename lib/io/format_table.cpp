@@ -28,6 +28,10 @@ FileContents readWith(const fs::path& path, const ReadOptions& options) {
 
 FileContents readObj(const fs::path& path, const ReadOptions&) { return parseObj(readWholeFile(path), path.string()); }
 
+std::vector<double> usdSampleTimes(const fs::path& path, const ReadOptions& options) {
+    return usdaSampleTimes(openFile(path), options);
+}
+
 void writeVdb(ByteWriter& out, const Particles& particles, const std::string& file) {
     out.text(encodeVdb(particles, file));
     out.flush();
@@ -191,6 +195,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .reads_particles = true,
      .reads_surfaces = true,
      .has_grids = true,
+     .sampleTimes = usdSampleTimes,
      .write_particles = encodeUsda,
      .write_mesh = encodeUsda,
      .write_spheres = writeUsdSpheres,

@@ -67,6 +67,8 @@ struct FileFormat {
     bool reads_particles = false;
     bool reads_surfaces = false;  ///< meshes and curves
     bool has_grids = false;       ///< several sets of points, from which ParticleInput::grid chooses
+    /// As betamesh::sampleTimes(). Null: a file holds one frame.
+    std::vector<double> (*sampleTimes)(const std::filesystem::path& path, const ReadOptions& options) = nullptr;
 
     /// Null: the format cannot hold it.
     Encoder<Particles> write_particles = nullptr;

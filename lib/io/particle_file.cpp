@@ -27,6 +27,7 @@ ReadOptions readOptions(const ParticleInput& input) {
     options.grids = input.grid;
     options.groups = input.group;
     options.origin = input.origin;
+    options.frame = input.frame;
     return options;
 }
 
@@ -148,10 +149,11 @@ std::string withRowInFile(const ParticleError& error, const std::filesystem::pat
     }
 }
 
-bool hasDoublePositions(const std::filesystem::path& path) {
+bool hasDoublePositions(const std::filesystem::path& path, std::optional<double> frame) {
     struct Known {};
     bool has_doubles = false;
     ReadOptions options;
+    options.frame = frame;
     options.attributes = false;
     options.points = [&](FileContents&& points, std::uint64_t) {
         has_doubles = points.has_double_positions;
@@ -182,14 +184,16 @@ std::optional<std::vector<Attribute>> attributesWithoutRows(const std::filesyste
     }
     ParticleInput as_it_is;
     as_it_is.velocity = input.velocity;
+    as_it_is.frame = input.frame;
     std::vector<Attribute> attributes = particlesFrom(std::move(first), as_it_is, path.string()).attributes;
     for (Attribute& a : attributes) a = {a.name, a.components, {}, {}, a.integer_type, a.hasIntegers()};
     return attributes;
 }
 
-std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
-    if (!hasDoublePositions(path)) return Vec3(0, 0, 0);
+std::optional<Vec3> localOriginOf(const std::filesystem::path& path, std::optional<double> frame) {
+    if (!hasDoublePositions(path, frame)) return Vec3(0, 0, 0);
     ParticleInput input;
+    input.frame = frame;
     input.on_bad_particle = OnBadParticle::drop;
     Box box;
     std::size_t particles = 0;
@@ -199,6 +203,11 @@ std::optional<Vec3> localOriginOf(const std::filesystem::path& path) {
     });
     if (particles == 0) return std::nullopt;
     return localOrigin(box, particles);
+}
+
+std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input) {
+    const FileFormat& format = formatOf(path, FileKind::particles, Access::read);
+    return format.sampleTimes != nullptr ? format.sampleTimes(path, readOptions(input)) : std::vector<double>{};
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options) {

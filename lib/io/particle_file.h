@@ -50,11 +50,16 @@ std::optional<std::vector<Attribute>> attributesWithoutRows(const std::filesyste
                                                             const ParticleInput& input);
 
 /// Whether the file stores positions in double precision. Reads no more than it has to.
-bool hasDoublePositions(const std::filesystem::path& path);
+bool hasDoublePositions(const std::filesystem::path& path, std::optional<double> frame = {});
 
 /// The localOrigin() of all positions in the file, in its units, if it stores them in double precision; zero otherwise.
-/// Nothing if it has no particles whose position is finite.
-std::optional<Vec3> localOriginOf(const std::filesystem::path& path);
+/// Nothing if it has no particles whose position is finite. frame: as ParticleInput::frame.
+std::optional<Vec3> localOriginOf(const std::filesystem::path& path, std::optional<double> frame = {});
+
+/// The times, in frames, at which a file has other particles than before, ascending. Empty: the file has no times.
+///
+/// errors  those of reading the file
+std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input);
 
 /// Throws Error unless particles can be written in the format of this extension. Does not access the disk.
 void requireParticleExtension(const std::filesystem::path& path);

@@ -36,7 +36,8 @@ std::string usdaHeader(const WriteOptions& options, std::optional<int> first, st
 std::vector<std::string> usdNames(const std::vector<std::string>& names);
 
 /// Reads the prims of type Points, or else the points of those of type Mesh; as a surface, the prims of type Mesh. A
-/// time sample is taken at the frame in the file's name, or else the earliest one. Names are those of encodeUsda() in
+/// time sample is taken at options.frame: the latest until then, as USD does. Without that it is the one at the frame
+/// in the file's name, or else the earliest. Names are those of encodeUsda() in
 /// reverse. Transforms of the prims and their parents are applied. A prim without velocities or accelerations that
 /// others have gets zeros, with a warning; other attributes that not all prims have are passed over.
 ///
@@ -46,5 +47,8 @@ std::vector<std::string> usdNames(const std::vector<std::string>& names);
 ///         translations, scales and matrices; arrays whose lengths do not match
 /// source  "Usda File Format" in the documentation of OpenUSD
 FileContents parseUsda(Cursor in, const ReadOptions& options = {});
+
+/// The times of the samples of points and transforms that parseUsda() reads, ascending, each once.
+std::vector<double> usdaSampleTimes(Cursor in, const ReadOptions& options = {});
 
 }  // namespace betamesh

@@ -1,6 +1,7 @@
 // Text files of USD: .usda in.
 
 #include "betamesh/error.h"
+#include "io/frame_number.h"
 #include "io/number_columns.h"
 #include "io/usd.h"
 #include "io/usda_parser.h"
@@ -29,17 +30,13 @@ std::string wholeText(Cursor& in) {
     return text;
 }
 
-/// The number before the extension of a file's name: the frame of splash.0012.usda.
+/// The frame of splash.0012.usda.
 std::optional<double> numberInName(const std::string& file) {
-    const std::string stem = std::filesystem::path(file).stem().string();
-    std::size_t begin = stem.size();
-    while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') --begin;
-    if (begin == stem.size()) return std::nullopt;
-    if (begin > 0 && stem[begin - 1] == '-' && (begin == 1 || stem[begin - 2] == '.' || stem[begin - 2] == '_'))
-        --begin;
+    const std::string name = std::filesystem::path(file).filename().string();
+    const std::string_view digits = frameNumberIn(name);
     double number = 0;
-    std::from_chars(stem.data() + begin, stem.data() + stem.size(), number);
-    return number;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
 bool isNamed(std::string_view type, std::initializer_list<std::string_view> names) {
@@ -85,6 +82,20 @@ public:
         joinBlocks();
         if (any_component_ && !faces_without_component_) contents_.component = std::move(component_);
         return deliverWhole(std::move(contents_), options_);
+    }
+
+    std::vector<double> sampleTimes() {
+        std::set<double> times;
+        const auto add = [&](const UsdaAttribute& attribute) {
+            for (const UsdaAttribute::Sample& sample : attribute.samples) times.insert(sample.time);
+        };
+        for (const std::size_t prim : choosePrims()) {
+            if (const UsdaAttribute* points = stage_.prims[prim].find("points")) add(*points);
+            for (std::size_t i = prim; i != kNoPrim; i = stage_.prims[i].parent)
+                for (const UsdaAttribute& attribute : stage_.prims[i].attributes)
+                    if (attribute.name.starts_with("xformOp:")) add(attribute);
+        }
+        return {times.begin(), times.end()};
     }
 
 private:
@@ -224,17 +235,15 @@ private:
 
     /// The time of the sample to read.
     double timeOf(const UsdaAttribute& points) {
-        if (points.samples.empty()) return 0;
-        double earliest = points.samples.front().time;
-        const std::optional<double> wanted = numberInName(file_);
-        for (const UsdaAttribute::Sample& sample : points.samples) {
-            if (wanted && sample.time == *wanted) earliest = -std::numeric_limits<double>::infinity();
-            earliest = std::min(earliest, sample.time);
-        }
-        if (points.samples.size() > 1)
+        const std::optional<double> wanted = options_.frame ? options_.frame : numberInName(file_);
+        const bool is_there = std::ranges::any_of(points.samples, [&](const auto& s) { return s.time == wanted; });
+        if (points.samples.size() > 1 && !(options_.frame && is_there))
             contents_.passed_over.push_back(std::to_string(points.samples.size() - 1) + " other time samples of " +
                                             path_);
-        return std::isfinite(earliest) ? earliest : *wanted;
+        if (options_.frame || is_there) return *wanted;
+        double earliest = points.samples.empty() ? 0 : points.samples.front().time;
+        for (const UsdaAttribute::Sample& sample : points.samples) earliest = std::min(earliest, sample.time);
+        return earliest;
     }
 
     UsdaType typeOf(const UsdaAttribute& attribute) const {
@@ -466,6 +475,14 @@ FileContents parseUsda(Cursor in, const ReadOptions& options) {
     const std::string text = wholeText(in);
     const UsdaStage stage = parseUsdaStage(text, in.file());
     return Reader(stage, in.file(), options).read();
+}
+
+std::vector<double> usdaSampleTimes(Cursor in, const ReadOptions& options) {
+    const std::string text = wholeText(in);
+    const UsdaStage stage = parseUsdaStage(text, in.file());
+    ReadOptions of_points = options;
+    of_points.faces = false;
+    return Reader(stage, in.file(), of_points).sampleTimes();
 }
 
 }  // namespace betamesh

@@ -56,6 +56,82 @@ TEST_F(UsdJob, UnitsThatTheOutputContradictsAreTold) {
     EXPECT_FALSE(tells(warnings({}, "out.ply"), "but the output will say"));  // which has no units
 }
 
+/// A .usda with the particles of the sample `jitter` at these times, and the same as files with one frame each.
+void writeSamples(const fs::path& folder, const std::string& name, const std::vector<int>& frames) {
+    Sample sample({"jitter", 150, 1, 24});
+    std::string samples, whole;
+    for (const int frame : frames) {
+        const std::string file = (folder / numbered("one", frame, ".usda")).string();
+        writeParticles(file, sample.frame(frame), {.frame = frame});
+        whole = contentsOf(file);
+        const std::string begin = "point3f[] points.timeSamples = {\n";
+        const std::size_t at = whole.find(begin) + begin.size();
+        samples += whole.substr(at, whole.find("]", at) + 1 - at) + ",\n";
+    }
+    write(folder / name, "#usda 1.0\ndef Points \"p\" {\npoint3f[] points.timeSamples = {\n" + samples + "}\n}\n");
+}
+
+TEST_F(UsdJob, EveryFrameOfAFileWithTimeSamplesIsMeshed) {
+    writeSamples(folder_.path(), "anim_v003.usda", {2, 3, 5});
+    const auto run = [&](const std::string& output, std::vector<std::string> further) {
+        std::vector<std::string> words{"mesh", "anim_v003.usda", output, "--overwrite"};
+        words.insert(words.end(), further.begin(), further.end());
+        return runProgram(words, folder_.path());
+    };
+    const auto sameAs = [&](const std::string& file, int frame) {
+        const Mesh mesh = readMesh(folder_ / file);
+        const std::string one = numbered("one", frame, ".usda");
+        EXPECT_EQ(runProgram({"mesh", one, "m.ply", "--overwrite", "-q", "--radius", "0.2", "--spacing", "0.1"},
+                             folder_.path())
+                      .exit_code,
+                  0);
+        EXPECT_EQ(mesh.position, readMesh(folder_ / "m.ply").position) << file;
+        EXPECT_EQ(mesh.triangles, readMesh(folder_ / "m.ply").triangles) << file;
+    };
+    const Outcome all = run("a.%04d.ply", {"--radius", "0.2", "--spacing", "0.1"});
+    ASSERT_EQ(all.exit_code, 0) << all.err;
+    for (const int frame : {2, 3, 5}) sameAs(numbered("a", frame, ".ply"), frame);
+    EXPECT_FALSE(exists("a.0000.ply") || exists("a.0004.ply"));
+    EXPECT_NE(all.err.find("gaps (2-3,5)"), std::string::npos) << all.err;
+    EXPECT_EQ(all.err.find("time samples"), std::string::npos) << all.err;
+
+    ASSERT_EQ(run("b.%04d.ply", {"--frames", "3-5x2", "--radius", "0.2", "--spacing", "0.1"}).exit_code, 0);
+    EXPECT_FALSE(exists("b.0002.ply"));
+    sameAs("b.0005.ply", 5);
+    const Outcome missing = run("c.%04d.ply", {"--frames", "3-4"});
+    EXPECT_EQ(missing.exit_code, 1);
+    EXPECT_NE(missing.err.find("anim_v003.usda: has no time sample at frame 4"), std::string::npos) << missing.err;
+    EXPECT_TRUE(exists("c.0003.ply") && !exists("c.0004.ply"));
+
+    // One output: the first frame, or the one that is asked for, also if the output is there for another frame.
+    const Outcome one = run("d.ply", {"--radius", "0.2", "--spacing", "0.1"});
+    EXPECT_NE(one.err.find("'anim_v003.usda': only frame 2 of 2-3,5 is read"), std::string::npos) << one.err;
+    sameAs("d.ply", 2);
+    ASSERT_EQ(runProgram({"mesh", "anim_v003.usda", "d.ply", "--skip-existing", "--frames", "5", "--radius", "0.2",
+                          "--spacing", "0.1"},
+                         folder_.path())
+                  .exit_code,
+              0);
+    sameAs("d.ply", 5);
+    EXPECT_EQ(run("e.ply", {"--frames", "2-3"}).exit_code, 2);
+
+    ASSERT_EQ(runProgram({"convert", "anim_v003.usda", "f.####.csv"}, folder_.path()).exit_code, 0);
+    for (const int frame : {2, 3, 5})
+        EXPECT_EQ(readParticles(folder_ / numbered("f", frame, ".csv")).position,
+                  readParticles(folder_ / numbered("one", frame, ".usda")).position);
+    EXPECT_NE(runProgram({"convert", "anim_v003.usda", "g.####.csv", "--frames", "4"}, folder_.path()).exit_code, 0);
+}
+
+TEST_F(UsdJob, TheSpacingIsMeasuredInTheFramesOfTheFile) {
+    writeSamples(folder_.path(), "anim.usda", {1, 2, 3});
+    const auto spacingOf = [&](const std::string& input, const std::string& output) {
+        const Outcome outcome = runProgram({"mesh", input, output}, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return Json::parse(contentsOf(folder_ / (numbered(output.substr(0, 1), 2, ".ply.json")))).at("spacing");
+    };
+    EXPECT_EQ(spacingOf("anim.usda", "a.####.ply"), spacingOf("one.####.usda", "b.####.ply"));
+}
+
 TEST_F(UsdJob, ALayerPlaysTheFramesOfAllChunks) {
     writeFrames(1, 5, 100);
     ASSERT_EQ(meshUsd({"--output-fps", "25"}).exit_code, 0);

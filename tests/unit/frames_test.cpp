@@ -125,6 +125,10 @@ TEST(FramePattern, ANameWithoutPlaceholderIsOneFile) {
     EXPECT_EQ(frameIn("drop-3.ply"), 3);
     EXPECT_EQ(frameIn("v2_drop.ply"), 0);
     EXPECT_EQ(frameIn("drop.ply"), 0);
+    for (const char* version : {"drop_v002.usda", "drop.v12.bgeo.sc", "drop-V3.ply", "v2.ply", "drop.0007_v002.ply"})
+        EXPECT_EQ(frameIn(version), 0) << version;
+    for (const char* frame : {"drop_v002.0012.ply", "v2_12.ply", "wav12.ply", "drop.v2.12.ply", "v2/12.ply"})
+        EXPECT_EQ(frameIn(frame), 12) << frame;
 }
 
 TEST(FramePattern, AllPlaceholdersStandForTheSameNumber) {

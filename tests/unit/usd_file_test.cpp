@@ -320,6 +320,26 @@ TEST(UsdFile, TakesTheFrameInTheNameOrTheEarliestSample) {
     }
 }
 
+TEST(UsdFile, TakesTheSampleThatHoldsAtTheFrameThatIsAskedFor) {
+    const std::string text =
+        "#usda 1.0\ndef Xform \"x\" {\ndouble3 xformOp:translate.timeSamples = { 2: (0, 2, 0), 5: (0, 5, 0) }\n"
+        "uniform token[] xformOpOrder = [\"xformOp:translate\"]\ndef Points \"p\" {\n"
+        "point3f[] points.timeSamples = { 5: [(5, 0, 0)], 1.5: [(1.5, 0, 0)] }\n} }\n";
+    const Bytes bytes = bytesOf(text);
+    EXPECT_EQ(usdaSampleTimes({bytes, "a.usda"}), (std::vector<double>{1.5, 2, 5}));
+    ReadOptions options;
+    for (const auto& [frame, x] : {std::pair(2, 1.5F), std::pair(5, 5.0F)}) {
+        options.frame = frame;
+        for (const char* name : {"a.usda", "a.0005.usda", "a_v005.usda"}) {
+            const FileContents contents = parseUsda({bytes, name}, options);
+            EXPECT_EQ(contents.position, std::vector<Vec3f>{Vec3f(x, static_cast<float>(frame), 0)}) << name;
+            EXPECT_EQ(contents.passed_over.empty(), frame == 5) << name;  // 2 is no sample of the points
+        }
+    }
+    expectError([&] { parseUsda({bytes, "a_v005.usda"}); }, {"is animated, and has no sample at 1.5"});
+    EXPECT_TRUE(usdaSampleTimes({bytesOf(withPoints("")), "a.usda"}).empty());
+}
+
 TEST(UsdFile, IndexedPrimvarsAreLeftOut) {
     const FileContents contents = parsed(
         withPoints("float[] primvars:a = [1, 2, 3]\nint[] primvars:a:indices = [2, 0]\nfloat[] primvars:b = [4, 5]\n"));

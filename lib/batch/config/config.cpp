@@ -326,6 +326,12 @@ Config readConfig(const fs::path& file, const std::vector<KeyValue>& command_lin
     return config;
 }
 
+ParticleInput inputOf(const Config& config, int frame) {
+    ParticleInput input = config.input;
+    if (config.input.is_one_file) input.frame = frame;
+    return input;
+}
+
 std::vector<Config> outputConfigs(const Config& config) {
     if (config.outputs.empty()) return {config};
     if (!config.output.path.empty())

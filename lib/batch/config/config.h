@@ -50,6 +50,7 @@ struct Config {
     struct Input : ParticleInput {    ///< its origin is set when the job is planned, see resolvedLocalOrigin()
         std::string path;
         std::optional<std::array<double, 3>> given_origin;  ///< nullopt: auto
+        bool is_one_file = false;  ///< a file holds all frames; set when the job is planned, see inputFrames()
     } input;
     std::string frames = "all";
     struct Surface {
@@ -184,6 +185,9 @@ void applyPreset(Config& config, std::string_view name);
 ///         invalid value, a missing or circular include, invalid YAML; an unknown preset
 Config readConfig(const std::filesystem::path& file, const std::vector<KeyValue>& command_line = {},
                   const Config& base = {});
+
+/// What is read of the input for a frame. The frame itself is set only where a file holds all frames.
+ParticleInput inputOf(const Config& config, int frame);
 
 /// The configuration of each output of a job, in the order of the list `outputs`: `config`, in which the keys of the
 /// output override all others, those of the command line too. Without that list, `config` alone.

@@ -11,7 +11,7 @@ Vec3 resolvedLocalOrigin(const Config& config, const std::map<int, std::string>&
     for (const auto& [frame, file] : frames_on_disk) {
         const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
-            if (const auto origin = localOriginOf(file)) return *origin;
+            if (const auto origin = localOriginOf(file, inputOf(config, frame).frame)) return *origin;
         } catch (const Error&) {  // reported when this frame is meshed
         }
     }

@@ -14,7 +14,7 @@ class SequenceMeasurement {
 public:
     SequenceMeasurement(const Config& config, const std::map<int, std::string>& frames_on_disk,
                         const WorkerEvents& events)
-        : input_(config.input),
+        : config_(config),
           estimator_(config.surface.dimension),
           events_(events),
           frames_(frames_on_disk.begin(), frames_on_disk.end()) {
@@ -27,7 +27,7 @@ public:
 
     SequenceSpacing result(int dimension) && {
         const auto estimate = estimator_.estimate();
-        return {{estimate, most_particles_, estimate ? where() : ""}, input_, dimension, std::move(warnings_)};
+        return {{estimate, most_particles_, estimate ? where() : ""}, config_.input, dimension, std::move(warnings_)};
     }
 
 private:
@@ -47,7 +47,7 @@ private:
         const WorkerEvents::FrameInProgress at_work(events_, frame, WorkerEvents::Doing::measuring);
         try {
             std::vector<Vec3f> positions;
-            visitPositions(file, input_, [&](std::span<const Vec3f> block) {
+            visitPositions(file, inputOf(config_, frame), [&](std::span<const Vec3f> block) {
                 positions.insert(positions.end(), block.begin(), block.end());
             });
             most_particles_ = std::max(most_particles_, positions.size());
@@ -61,7 +61,7 @@ private:
         }
     }
 
-    const ParticleInput& input_;
+    const Config& config_;
     SpacingEstimator estimator_;
     const WorkerEvents& events_;
     std::vector<std::pair<int, std::string>> frames_;

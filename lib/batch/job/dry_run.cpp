@@ -14,7 +14,7 @@ namespace betamesh {
 
 std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
     try {
-        SummarisedParticles read = readSummarised(task.input, plan.config.input);
+        SummarisedParticles read = readSummarised(task.input, inputOf(plan.config, task.frame));
         const FrameInput liquid{std::move(read.particles), {}, std::move(read.summary)};
         const Particles& particles = liquid.particles;
         requireAttributes(liquid, plan.config);
@@ -23,7 +23,7 @@ std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
         particleSizes(particles, plan.skin);
         return "";
     } catch (const ParticleError& error) {
-        return withRowInFile(error, task.input, plan.config.input);
+        return withRowInFile(error, task.input, inputOf(plan.config, task.frame));
     } catch (const Error& error) {
         return error.what();
     }

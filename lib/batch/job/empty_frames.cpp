@@ -1,7 +1,7 @@
 #include "batch/job/empty_frames.h"
 
 #include "base/attribute_names.h"
-#include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "betamesh/error.h"
 #include "io/particle_file.h"
 
@@ -23,9 +23,9 @@ const Attribute* find(const std::vector<Attribute>& attributes, std::string_view
 }  // namespace
 
 std::vector<Attribute> attributesOfEmptyFrames(const Config& config) {
-    for (const auto& [frame, file] : framesOnDisk(inputPattern(config.input.path))) {
+    for (const auto& [frame, file] : inputFrames(config.input).files) {
         try {
-            const auto found = attributesWithoutRows(file, config.input);
+            const auto found = attributesWithoutRows(file, inputOf(config, frame));
             if (!found) continue;
             std::vector<Attribute> columns;
             for (const std::string& name : config.output.attributes)

@@ -63,7 +63,7 @@ std::string lineOn(const NearSurface& near) {
 /// Reads the file twice: first to find the particles near the surface, then to load them.
 FrameInput readNearSurface(const FrameTask& task, const Plan& plan,
                            const std::function<void(const std::string&)>& foundNear) {
-    const ParticleInput& input = plan.config.input;
+    const ParticleInput input = inputOf(plan.config, task.frame);
     FrameInput liquid;
     liquid.near = nearSurfaceOf(task.input, input, plan.skin);
     foundNear(lineOn(*liquid.near));
@@ -247,7 +247,7 @@ FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface,
             liquid = readNearSurface(task, plan, foundNear);
             return;
         }
-        auto [particles, summary] = readSummarised(task.input, plan.config.input);
+        auto [particles, summary] = readSummarised(task.input, inputOf(plan.config, task.frame));
         liquid.particles = std::move(particles);
         liquid.summary = std::move(summary);
     };

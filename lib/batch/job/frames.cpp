@@ -3,6 +3,7 @@
 
 #include "betamesh/error.h"
 #include "io/extension.h"
+#include "io/frame_number.h"
 #include "io/usd_clips.h"
 
 #include <algorithm>
@@ -82,17 +83,6 @@ std::vector<Placeholder> placeholdersIn(std::string_view text) {
         }
     }
     return placeholders;
-}
-
-/// The number before the extension: "0012" in "splash.0012.vdb", "-003" in "drop_-003.ply", empty in "drop.ply".
-std::string_view numberTextIn(std::string_view name) {
-    const std::size_t dot = name.find('.', name.find_last_of("0123456789") + 1);
-    const std::string_view stem = name.substr(0, dot);
-    std::size_t begin = stem.size();
-    while (begin > 0 && isDigit(stem[begin - 1])) --begin;
-    if (begin == stem.size()) return stem.substr(begin);
-    const bool negative = begin > 1 && stem[begin - 1] == '-' && (stem[begin - 2] == '.' || stem[begin - 2] == '_');
-    return stem.substr(negative ? begin - 1 : begin);
 }
 
 std::string quoted(std::string_view text) { return std::string("'").append(text).append("'"); }
@@ -196,7 +186,7 @@ std::vector<std::string> sequencesIn(const std::string& folder) {
         if (name.starts_with('.') ||
             !(canHold(name, FileKind::particles, Access::read) || canHold(name, FileKind::mesh, Access::read)))
             return;
-        const std::string_view number = numberTextIn(name);
+        const std::string_view number = frameNumberIn(name);
         if (number.empty() && isUsdClipsLayer(fs::path(folder) / name)) return;
         const auto begin = static_cast<std::size_t>(number.data() - name.data());
         std::pair key{name.substr(0, begin), name.substr(begin + number.size())};
@@ -303,7 +293,7 @@ bool isFrameOf(const FramePattern& pattern, const std::string& path) {
 
 int frameInName(std::string_view file) {
     const std::string name = fs::path(file).filename().string();
-    return parseNumber(numberTextIn(name)).value_or(0);
+    return parseNumber(frameNumberIn(name)).value_or(0);
 }
 
 std::string nameForFrameOf(const FramePattern& pattern, std::string_view other) {

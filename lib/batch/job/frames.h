@@ -14,7 +14,8 @@ namespace betamesh {
 /// A path with a placeholder for the frame number: `####` or `@@@@` (one character per digit), `%04d`, `$F4`, `$F`.
 /// Folders may have placeholders, too; all stand for the same number and have to be written alike. A single # or @ is
 /// part of the name in folders, and in a file name with a longer placeholder. A path without placeholder is a single
-/// file; its frame is the number before the extension (splash.0012.vdb: 12), or 0 if there is none.
+/// file; its frame is the number before the extension (splash.0012.vdb: 12), or 0 if there is none. The number of a
+/// version (splash_v002.vdb) is no frame.
 struct FramePattern {
     std::string text;                ///< the whole path, for messages
     std::vector<std::string> parts;  ///< the text before, between and after placeholders
@@ -45,7 +46,7 @@ std::string frameName(const FramePattern& pattern, int frame);
 /// Whether a path, in whatever way it is written, is that of a frame.
 bool isFrameOf(const FramePattern& pattern, const std::string& path);
 
-/// The number before the extension of a file name, with or without folders; 0 if there is none.
+/// The number before the extension of a file name, with or without folders; 0 if there is none, or only a version.
 int frameInName(std::string_view file);
 
 /// The path for the frame number found in another file name. A pattern without placeholder is returned unchanged.

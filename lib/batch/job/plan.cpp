@@ -6,6 +6,7 @@
 #include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/config/surface_params.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/left_out.h"
 #include "batch/job/output_files.h"
 #include "batch/job/plane.h"
@@ -32,17 +33,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Warns of files that look like frames but are not meshed, and of gaps.
+/// Warns of files or frames of a file that are not meshed, and of gaps.
 ///
 /// errors  sub-frames among all frames on disk
-void noteLeftOut(const FramePattern& input, const std::vector<int>& frames, std::vector<std::string>& warnings) {
-    if (const auto subframes = otherNumbersOnDisk(input).subframes; !subframes.empty())
+void noteLeftOut(const InputFrames& input, const std::vector<int>& frames, std::vector<std::string>& warnings) {
+    for (std::string& warning : leftOutOfFile(input, frames)) warnings.push_back(std::move(warning));
+    if (const auto subframes = otherNumbersOnDisk(input.pattern).subframes; !subframes.empty())
         throw Error(
-            "'" + input.text +
+            "'" + input.pattern.text +
             "': beside the frames there are sub-frames, which are not meshed in a sequence: " + firstNames(subframes) +
             ". Choose whole frames with --frames, and mesh sub-frames one by one with --spacing");
     for (std::string& warning :
-         leftOutOnDisk(input, frames,
+         leftOutOnDisk(input.pattern, frames,
                        ". Give the range with --frames to make them errors, or empty meshes with "
                        "--on-missing empty (run.on_missing)"))
         warnings.push_back(std::move(warning));
@@ -127,12 +129,24 @@ void planPreview(Plan& plan, const std::map<int, std::string>& on_disk, const Pl
     plan.notes.push_back("camera " + describe(*plan.preview));
 }
 
+double framesPerFile(const InputFrames& input) {
+    return input.is_one_file ? static_cast<double>(input.files.size()) : 1;
+}
+
+/// The memory of a frame of the input. Of a file that holds several frames, the text is in memory as a whole.
+std::uint64_t memoryOfFrame(const std::string& file, const InputFrames& input) {
+    if (!input.is_one_file) return workingMemory(file);
+    std::error_code error;
+    const std::uintmax_t text = fs::file_size(file, error);
+    return error ? 0 : memoryOf(estimatedParticles(file) / framesPerFile(input)) + text;
+}
+
 bool isLevelSet(const Config& config) {
     return config.surface.dimension == 3 && formatOf(config.output.path, FileKind::mesh, Access::write).is_volume;
 }
 
 /// Adds the memory of level sets to the estimates. A voxel in world units needs the spacing.
-void addLevelSets(Plan& plan) {
+void addLevelSets(Plan& plan, const InputFrames& input) {
     const Length& voxel = plan.config.output.voxel;
     if (!isLevelSet(plan.config) || (!voxel.in_spacings && plan.spacing == 0)) return;
     LevelSetOptions in_spacings = plan.config.output.level_set;
@@ -140,7 +154,8 @@ void addLevelSets(Plan& plan) {
     constexpr double kMost = 0x1p62;  // bytes
     for (FrameTask& task : plan.tasks) {
         if (task.action != FrameAction::mesh) continue;
-        const double bytes = levelSetMemory(estimatedArea(estimatedParticles(task.input)), in_spacings);
+        const double bytes =
+            levelSetMemory(estimatedArea(estimatedParticles(task.input) / framesPerFile(input)), in_spacings);
         task.memory += static_cast<std::uint64_t>(bytes < kMost ? bytes : kMost);
     }
 }
@@ -183,6 +198,8 @@ struct OutputPatterns {
     explicit OutputPatterns(const Config& config)
         : mesh(framePattern(config.output.path)), preview(framePattern(config.preview.path)) {}
 
+    /// Whether there is a file for one frame only.
+    bool areSingle() const { return !mesh.numbered || !(preview.text.empty() || preview.numbered); }
     /// errors  several frames but no placeholder
     void requirePlaceholders(std::size_t frames) const {
         requirePlaceholder(frames, mesh);
@@ -199,36 +216,38 @@ struct OutputPatterns {
 };
 
 /// The plan of one output up to its tasks, whose actions are still open.
-Plan withTasks(const Config& config, const FramePattern& input, const std::map<int, std::string>& on_disk,
+///
+/// in      frames: chosenFrames()
+Plan withTasks(const Config& config, const InputFrames& input, const std::vector<int>& frames,
                const PlanOptions& options) {
-    if (config.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
     const OutputPatterns patterns(config);
     Plan plan = withParams(config);
-    const std::vector<int> frames = chosenFrames(config.frames, input, on_disk);
+    plan.config.input.is_one_file = input.is_one_file;
     patterns.requirePlaceholders(frames.size());
     if (config.frames == "all") noteLeftOut(input, frames, plan.warnings);
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
-        plan.tasks.push_back(patterns.task(frame, fileOfFrame(input, on_disk, frame)));
+        plan.tasks.push_back(patterns.task(frame, fileOfFrame(input.pattern, input.files, frame)));
     }
     for (const auto& [frame, why] : options.history.unmeasured)
-        plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input, frame) + ": " + why);
+        plan.warnings.push_back("not used to measure spacing and camera: " + frameName(input.pattern, frame) + ": " +
+                                why);
     return plan;
 }
 
 /// Fills in the plans of the outputs of a job one step at a time.
 class Planner {
 public:
-    Planner(const FramePattern& input, const std::map<int, std::string>& on_disk, const PlanOptions& options)
-        : input_(input), on_disk_(on_disk), measurable_(measurableOf(on_disk, options.history)), options_(options) {}
+    Planner(const InputFrames& input, const PlanOptions& options)
+        : input_(input), measurable_(measurableOf(input.files, options.history)), options_(options) {}
 
     void planActions(Plan& plan) {
         for (FrameTask& task : plan.tasks) {
-            const bool input_exists = input_.numbered ? on_disk_.contains(task.frame) : !on_disk_.empty();
+            const bool input_exists = input_.isThere(task.frame);
             std::error_code ignored;
             if (options_.skip_existing && fs::exists(task.output, ignored)) planLengths(plan);
             chooseAction(task, input_exists, plan, options_);
-            if (task.action == FrameAction::mesh) task.memory = workingMemory(task.input);
+            if (task.action == FrameAction::mesh) task.memory = memoryOfFrame(task.input, input_);
             task.near_surface = task.memory > plan.memory_budget || options_.history.kills > 0;
         }
     }
@@ -239,7 +258,7 @@ public:
         });
         if (!any) return;
         if (options_.measure || (isLevelSet(plan.config) && !plan.config.output.voxel.in_spacings)) planLengths(plan);
-        addLevelSets(plan);
+        addLevelSets(plan, input_);
         if (!options_.measure) return;
         if (!options_.dry_run)  // the camera has no influence on what can be done
             withThreads(plan.threads, [&] { planPreview(plan, measurable_, options_); });
@@ -254,8 +273,7 @@ private:
         });
     }
 
-    const FramePattern& input_;
-    const std::map<int, std::string>& on_disk_;
+    const InputFrames& input_;
     std::map<int, std::string> measurable_;
     const PlanOptions& options_;
     std::vector<SequenceSpacing> measured_;
@@ -292,13 +310,18 @@ std::vector<Plan> planOutputs(const Config& config, const PlanOptions& options) 
     if (config.input.path.empty()) throw Error("no input. Set input.path, as in sim/splash.####.vdb");
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing cannot be used together");
-    const FramePattern input = inputPattern(config.input.path);
-    formatOf(input.text, FileKind::particles, Access::read);
-    const auto on_disk = framesOnDisk(input);
+    const InputFrames input = inputFrames(config.input);
+    formatOf(input.pattern.text, FileKind::particles, Access::read);
+    const std::vector<Config> configs = outputConfigs(config);
+    for (const Config& output : configs)
+        if (output.output.path.empty()) throw Error("no output. Set output.path, as in mesh/splash.####.ply");
+    const bool one_output =
+        std::ranges::any_of(configs, [](const Config& output) { return OutputPatterns(output).areSingle(); });
+    const std::vector<int> frames = chosenFrames(config.frames, input, one_output);
     std::vector<Plan> outputs;
-    for (const Config& output : outputConfigs(config)) outputs.push_back(withTasks(output, input, on_disk, options));
-    requireDistinctFiles(outputs, on_disk);
-    Planner planner(input, on_disk, options);
+    for (const Config& output : configs) outputs.push_back(withTasks(output, input, frames, options));
+    requireDistinctFiles(outputs, input.files);
+    Planner planner(input, options);
     for (Plan& plan : outputs) planner.planActions(plan);
     if (!options.dry_run) refuseExisting(outputs);
     requireWritableFolders(outputs);

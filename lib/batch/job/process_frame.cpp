@@ -284,10 +284,13 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
     const std::string prefix = is_one_of_several ? task.output + ": " : "";
     switch (task.action) {
         case FrameAction::fail_missing:
-            fail(result,
-                 task.input + ": no such file." +
-                     (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
-                                            : adviceOnStars(task.input)));
+            fail(
+                result,
+                task.input +
+                    (plan.config.input.is_one_file ? ": has no time sample at frame " + std::to_string(task.frame) + '.'
+                                                   : ": no such file.") +
+                    (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
+                                           : adviceOnStars(task.input)));
             break;
         case FrameAction::refuse_existing:
             fail(result, task.output + " already exists");
@@ -318,7 +321,8 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
                 job.memory_error[task.frame] = error.what();
                 throw std::bad_alloc();
             } catch (const ParticleError& error) {
-                fail(result, prefix + task.input + ": " + withRowInFile(error, task.input, plan.config.input));
+                fail(result,
+                     prefix + task.input + ": " + withRowInFile(error, task.input, inputOf(plan.config, task.frame)));
             } catch (const std::exception& error) {
                 fail(result, prefix + withFile(error.what(), task));
             }

@@ -131,7 +131,9 @@ Extent sequenceExtent(const std::map<int, std::string>& files, const Config& con
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
         const WorkerEvents::FrameInProgress in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
-            extents[i].add(readFrameGeometry(rows[i].second, config, balls));
+            Config of_frame = config;
+            static_cast<ParticleInput&>(of_frame.input) = inputOf(config, rows[i].first);
+            extents[i].add(readFrameGeometry(rows[i].second, of_frame, balls));
         } catch (const Error&) {  // reported when this frame is meshed
         }
     });

@@ -66,6 +66,7 @@ Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan
         (is_preview ? preview : changed) = name + " is missing or was changed";
     }
     if (!changed.empty()) return {changed};
+    if (plan.config.input.is_one_file && manifest->frame != task.frame) return {"other frame"};
     if (input_exists && !(provenance.input && isSame(task.input, *provenance.input))) return {"other input"};
     return {preview, !preview.empty()};
 }

@@ -46,7 +46,8 @@ struct ParticleInput {
     double velocity_scale = 1;  ///< corrects the unit of velocities
     double time_scale = 1;      ///< simulated seconds per second of playback
     UpAxis up_axis = UpAxis::y;
-    Vec3 origin{0, 0, 0};  ///< subtracted from positions in double precision; units of the file
+    Vec3 origin{0, 0, 0};           ///< subtracted from positions in double precision; units of the file
+    std::optional<double> frame{};  ///< of a .usda with time samples; nullopt: the one in its name, or the earliest
 
     /// Are all members equal?
     bool operator==(const ParticleInput&) const = default;
