@@ -340,6 +340,21 @@ TEST(UsdFile, TakesTheSampleThatHoldsAtTheFrameThatIsAskedFor) {
     EXPECT_TRUE(usdaSampleTimes({bytesOf(withPoints("")), "a.usda"}).empty());
 }
 
+TEST(UsdFile, TheContentsOfAUsdFileTellWhetherItIsText) {
+    const TemporaryFolder folder;
+    const Particles particles = sampleParticles(3, true, true, false);
+    writeParticles(folder / "a.usda", particles);
+    writeFile(folder / "a.usd", contentsOf(folder / "a.usda"));
+    expectSame(readParticles(folder / "a.usd"), particles);
+    EXPECT_EQ(inspectFile(folder / "a.usd").points, 3U);
+    writeFile(folder / "b.usd", "PXR-USDC");
+    for (const auto& read :
+         {std::function([&] { readParticles(folder / "b.usd"); }), std::function([&] { readMesh(folder / "b.usd"); }),
+          std::function([&] { inspectFile(folder / "b.usd"); })})
+        expectError(read, {"b.usd: contains binary USD, which cannot be read", "usdcat"});
+    expectError([&] { writeMesh(folder / "c.usd", {}); }, {"Binary USD is not written", "usdcat a.usda -o a.usdc"});
+}
+
 TEST(UsdFile, IndexedPrimvarsAreLeftOut) {
     const FileContents contents = parsed(
         withPoints("float[] primvars:a = [1, 2, 3]\nint[] primvars:a:indices = [2, 0]\nfloat[] primvars:b = [4, 5]\n"));
