@@ -20,10 +20,14 @@ Vec3 localOrigin(const Box& box, std::size_t particles) {
     for (int axis = 0; axis < 3; ++axis)
         largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
     const double spacing = side / std::cbrt(static_cast<double>(particles));
-    if (!(largest * kFloatRounding > kTolerableRounding * spacing) || !(largest > kFarAway * side)) return {0, 0, 0};
+    if (!isCoarselyRounded(largest, spacing) || !(largest > kFarAway * side)) return {0, 0, 0};
     const double step = std::pow(10, std::ceil(std::log10(side)));
     const Vec3 centre = box.center();
     return {std::round(centre.x / step) * step, std::round(centre.y / step) * step, std::round(centre.z / step) * step};
+}
+
+bool isCoarselyRounded(double coordinate, double spacing) {
+    return std::abs(coordinate) * kFloatRounding > kTolerableRounding * spacing;
 }
 
 }  // namespace betamesh

@@ -19,4 +19,7 @@ namespace betamesh {
 /// in      box: of n >= 1 positions
 Vec3 localOrigin(const Box& box, std::size_t particles);
 
+/// Whether single precision rounds a coordinate by more than a thousandth of the spacing.
+bool isCoarselyRounded(double coordinate, double spacing);
+
 }  // namespace betamesh

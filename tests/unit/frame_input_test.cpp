@@ -45,6 +45,26 @@ TEST(FrameInput, CoordinatesThatFloatsRoundCoarselyGiveAWarning) {
     }
 }
 
+TEST(FrameInput, ParticlesWhoseVerticesFloatsRoundCoarselyGiveAWarningWhereverTheOthersAre) {
+    for (const int far : {0, 1, 255, 256, 511}) {
+        for (const float distance : {1e3F, 1.6e4F, 1.8e4F, -4e4F, 1e6F, 1e9F}) {
+            SCOPED_TRACE(std::to_string(far) + " at " + std::to_string(distance));
+            FrameInput liquid{blockWithSizes(8), {}, {}};
+            for (int i = 0; i < far; ++i) liquid.particles.position[static_cast<std::size_t>(i)].z += distance;
+            Plan plan;
+            plan.spacing = 1;
+            const std::vector<InputRemark> remarks = remarksOn(liquid, plan);
+            const auto found = std::ranges::find(remarks, "coordinates", &InputRemark::kind);
+            ASSERT_EQ(found != remarks.end(), far > 0 && std::abs(distance) > 1.7e4F);
+            if (found == remarks.end()) continue;
+            EXPECT_TRUE(found->is_warning);
+            EXPECT_TRUE(found->text.starts_with(std::to_string(far) + " of 512 particles are so far")) << found->text;
+            EXPECT_NE(found->text.find("--box (input.box)"), std::string::npos) << found->text;
+            EXPECT_EQ(found->text.find("--origin x,y,z") != std::string::npos, far > 256) << found->text;
+        }
+    }
+}
+
 TEST(FrameInput, VerticesOfPolygonsGiveAWarningWhereTheyAreTakenAsParticles) {
     const TemporaryFolder folder;
     const auto warningOn = [&](const std::string& name) -> std::string {

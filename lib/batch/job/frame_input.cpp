@@ -154,15 +154,34 @@ std::optional<InputRemark> remarkOnGrids(const InputSummary& summary, const Conf
                            " are meshed together: " + quoted(read) + ". Choose some with --grid (input.grid)"};
 }
 
+double largestCoordinate(const Vec3& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); }
+
 /// Coordinates so large that single precision, in which meshes are written, is coarse beside the particle spacing.
-std::optional<InputRemark> remarkOnCoordinates(const std::vector<Vec3f>& position) {
+///
+/// in      spacing: 0 if it is not known
+std::optional<InputRemark> remarkOnCoordinates(const std::vector<Vec3f>& position, double spacing) {
     Box box;
-    for (const Vec3f& p : position) box.extendBy(Vec3(p));
-    if (position.empty() || localOrigin(box, position.size()) == Vec3(0, 0, 0)) return std::nullopt;
-    double largest = 0;
-    for (int axis = 0; axis < 3; ++axis)
-        largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    std::size_t far = 0;
+    for (const Vec3f& p : position) {
+        box.extendBy(Vec3(p));
+        if (spacing > 0 && isCoarselyRounded(largestCoordinate(Vec3(p)), spacing)) ++far;
+    }
+    const bool all_are_far = !position.empty() && localOrigin(box, position.size()) != Vec3(0, 0, 0);
+    if (far == 0 && !all_are_far) return std::nullopt;
+    const double largest = std::max(largestCoordinate(box.min), largestCoordinate(box.max));
     const double step = largest - std::nextafter(static_cast<float>(largest), 0.0F);
+    if (!all_are_far) {
+        const bool most_are_far = 2 * far > position.size();
+        return InputRemark{
+            "coordinates", true,
+            std::to_string(far) + " of " + std::to_string(position.size()) +
+                " particles are so far from the origin, up to " + shortNumber(largest) +
+                ", that vertices there are rounded to multiples of " + shortNumber(step) + ", beside a spacing of " +
+                shortNumber(spacing) + ": the surface gets steps, and meshing may take long. " +
+                (most_are_far ? "Subtract a point near them with --origin x,y,z (input.origin), and leave the others"
+                              : "Leave them") +
+                " out with --box (input.box)"};
+    }
     return InputRemark{"coordinates", true,
                        "the coordinates reach " + shortNumber(largest) +
                            ", where those of vertices are rounded to multiples of " + shortNumber(step) +
@@ -293,7 +312,8 @@ void requireAttributes(const FrameInput& liquid, const Config& config) {
     }
 }
 
-std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& config) {
+std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Plan& plan) {
+    const Config& config = plan.config;
     const InputSummary& summary = liquid.summary;
     std::vector<InputRemark> remarks;
     const auto add = [&](std::optional<InputRemark>&& remark) {
@@ -316,7 +336,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& confi
         "--meters-per-unit (output.meters_per_unit), or scale the particles with --scale (input.scale)", config));
     add(remarkOnUnit("frames per second", summary.frames_per_second, config.output.frames_per_second,
                      "--output-fps (output.fps)", config));
-    add(remarkOnCoordinates(liquid.particles.position));
+    add(remarkOnCoordinates(liquid.particles.position, plan.spacing));
     if (liquid.particles.size() == 0) {
         if (summary.particles_read > summary.dropped)
             add(InputRemark{"none", true,

@@ -42,9 +42,9 @@ struct InputRemark {
     std::string text;
 };
 
-/// Remarks on the velocity, on particles, attributes, groups and grids that are not used, and on values that are not
-/// finite.
-std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Config& config);
+/// Remarks on the velocity, on particles, attributes, groups and grids that are not used, on values that are not
+/// finite, and on places where single precision is coarse.
+std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Plan& plan);
 
 /// The parts of a file with their use in a job: requested attributes and accelerations are "output".
 std::vector<InputPart> partsOf(const FrameInput& liquid, const Config& config);

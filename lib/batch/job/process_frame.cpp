@@ -44,8 +44,8 @@ void warnOf(const std::string& warning, const std::string& file, FrameResult& re
 }
 
 /// Logs the first remark of each kind on the input, and records all that are warnings.
-void remark(const FrameInput& liquid, const Config& config, FrameResult& result, JobState& job) {
-    for (const InputRemark& found : remarksOn(liquid, config)) {
+void remark(const FrameInput& liquid, const Plan& plan, FrameResult& result, JobState& job) {
+    for (const InputRemark& found : remarksOn(liquid, plan)) {
         if (found.is_warning) result.warnings.push_back(found.text);
         if (found.kind == kNoVelocity) job.noteNoVelocity(result.frame);
         if (job.isFirst(found.kind)) (found.is_warning ? logWarning : logInfo)(result.input + ": " + found.text);
@@ -202,7 +202,7 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
         result.particles_read = liquid->summary.particles_read;
         result.particles_dropped = liquid->summary.dropped;
         result.input_parts = partsOf(*liquid, config);
-        remark(*liquid, config, result, job);
+        remark(*liquid, plan, result, job);
         requireAttributes(*liquid, config);
         if (!planar) hintAtPlane(liquid->particles, plan, result, job);
         checkSpacing(*liquid, plan, result, job);
