@@ -452,6 +452,37 @@ TEST_F(InputJob, DoublesFarFromTheOriginAreMeshedRelativeToALocalOrigin) {
     EXPECT_EQ(manifest(1)["local_origin"], Json({0.0, 0.0, 0.0}));
 }
 
+TEST_F(InputJob, FramesThatAreMeshedOneByOneAgreeInTheOriginThatTheLogNames) {
+    fs::create_directories(folder_ / "in");
+    for (const int frame : {1, 2}) {
+        std::vector<Vec3> positions;
+        for (const Vec3f& p : block(8, 8, 8).position)
+            positions.push_back(Vec3(p) + Vec3(500123.4 + 700 * frame, 4500987.6, 312));
+        write(folder_ / numbered("in/a", frame, ".ply"), doublesPly(positions));
+    }
+    const std::vector<std::string> units{"--scale", "2", "--up-axis", "z", "--spacing", "0.2"};
+    ASSERT_EQ(mesh(units).exit_code, 0);
+    const std::string together = meshBytes(2);
+    const auto alone = [&](int frame, std::vector<std::string> further) {
+        std::vector<std::string> words{"mesh", numbered("in/a", frame, ".ply"), numbered("out/a", frame, ".ply"),
+                                       "--overwrite"};
+        words.insert(words.end(), units.begin(), units.end());
+        words.insert(words.end(), further.begin(), further.end());
+        const Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err;
+    };
+    const std::string log = alone(1, {}), words = "use --origin ";
+    const std::size_t at = log.find(words);
+    ASSERT_NE(at, std::string::npos) << log;
+    const std::string origin = log.substr(at + words.size(), log.find('\n', at) - at - words.size());
+    alone(2, {});
+    EXPECT_NE(meshBytes(2), together);
+    EXPECT_EQ(alone(2, {"--origin", origin}).find(words), std::string::npos);
+    EXPECT_EQ(meshBytes(2), together);
+    EXPECT_EQ(manifest(2)["local_origin"], manifest(1)["local_origin"]);
+}
+
 TEST_F(InputJob, CurvesLieInAnyPlaneAcrossAnAxis) {
     Particles flat;
     Random random(8);

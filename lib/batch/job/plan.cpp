@@ -79,14 +79,18 @@ void planLocalOrigin(Plan& plan, const std::map<int, std::string>& on_disk, cons
     input.origin = resolvedLocalOrigin(plan.config, on_disk, options.events);
     const Vec3 origin = worldOrigin(input, plan.config.output.up_axis);
     if (origin == Vec3(0, 0, 0)) return;
-    const std::string text = textOf(origin.x) + ',' + textOf(origin.y) + ',' + textOf(origin.z);
-    if (plan.config.input.given_origin)
+    const auto coordinates = [](const Vec3& p) { return textOf(p.x) + ',' + textOf(p.y) + ',' + textOf(p.z); };
+    const std::string text = coordinates(origin);
+    if (plan.config.input.given_origin) {
         plan.notes.push_back("local origin " + text);
-    else
-        plan.warnings.push_back("'" + plan.config.input.path +
-                                "': single precision loses these coordinates. Meshes are written relative to the local "
-                                "origin " +
-                                text + ", which has to be added to their positions (input.origin)");
+        return;
+    }
+    plan.notes.push_back("to mesh files of this sequence one by one relative to the same origin, use --origin " +
+                         coordinates(input.origin));
+    plan.warnings.push_back("'" + plan.config.input.path +
+                            "': single precision loses these coordinates. Meshes are written relative to the local "
+                            "origin " +
+                            text + ", which has to be added to their positions (input.origin)");
 }
 
 void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const PlanOptions& options,
