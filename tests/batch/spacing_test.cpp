@@ -100,6 +100,19 @@ TEST_F(JobSpacing, ARadiusThatDoesNotSuitTheParticlesIsToldWhateverWayItWasGiven
     }
 }
 
+TEST_F(JobSpacing, WhatBecomesOfTheLiquidWithAnUnusualRadiusIsTold) {
+    writeFrame(1, box(6, 6, 6));
+    for (const auto& [radius, fate] :
+         {std::pair("0.04", "most particles become drops"), std::pair("0.4dx", "most particles become drops"),
+          std::pair("0.7dx", "sheets get holes"), std::pair("4dx", "parts that are far apart melt together")}) {
+        const Outcome outcome = mesh({"--radius", radius, "--overwrite"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::size_t at = outcome.err.find(fate);
+        EXPECT_NE(at, std::string::npos) << radius << outcome.err;
+        EXPECT_NE(outcome.err.find("Use 0.8 to 3 times, such as --radius 0.1", at), std::string::npos) << outcome.err;
+    }
+}
+
 TEST_F(JobSpacing, ARadiusThatTheSizesOfParticlesCancelIsTold) {
     Particles particles = box(6, 6, 6);
     Attribute pscale;

@@ -65,6 +65,35 @@ TEST(FrameInput, ParticlesWhoseVerticesFloatsRoundCoarselyGiveAWarningWhereverTh
     }
 }
 
+TEST(FrameInput, AFewSizesThatSwallowOtherParticlesGiveAWarning) {
+    const auto warningOn = [](const std::vector<float>& sizes, const Vec3f& place, double scale = 1) -> std::string {
+        FrameInput liquid{blockWithSizes(8), {}, {}};
+        liquid.summary.particles_read = liquid.particles.size();
+        for (std::size_t i = 0; i < sizes.size(); ++i) liquid.particles.attributes[0].real[100 + i] = sizes[i];
+        liquid.particles.position[100] = place;
+        Plan plan;
+        plan.skin.radius = 1.5;
+        plan.skin.spacing = 1;
+        plan.skin.radius_attribute = "pscale";
+        plan.skin.radius_scale = scale;
+        const std::vector<InputRemark> remarks = remarksOn(liquid, plan);
+        const auto found = std::ranges::find(remarks, "sizes", &InputRemark::kind);
+        return found != remarks.end() && found->is_warning ? found->text : "none";
+    };
+    const Vec3f inside(4, 4, 4);
+    EXPECT_EQ(
+        warningOn({100}, inside),
+        "particle 100 has pscale = 100, 105.263 times the median, 0.95: its ball swallows 511 other particles. If "
+        "that is a mistake, leave it out with --where 'pscale <= 19' (input.where)");
+    EXPECT_NE(warningOn({100, 30, 30}, inside).find(", and 2 more particles are as unusual."), std::string::npos);
+    EXPECT_NE(warningOn({30}, inside, 0.1).find("swallows"), std::string::npos);
+    EXPECT_EQ(warningOn({}, inside), "none");
+    EXPECT_EQ(warningOn({18}, inside), "none");
+    EXPECT_EQ(warningOn({100}, Vec3f(1e4F, 0, 0)), "none");             // covers nothing
+    EXPECT_EQ(warningOn({100}, inside, 0.01), "none");                  // likewise
+    EXPECT_EQ(warningOn(std::vector<float>(20, 100), inside), "none");  // too many for a mistake
+}
+
 TEST(FrameInput, VerticesOfPolygonsGiveAWarningWhereTheyAreTakenAsParticles) {
     const TemporaryFolder folder;
     const auto warningOn = [&](const std::string& name) -> std::string {

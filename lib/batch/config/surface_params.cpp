@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kMostDrift = 0.25;  // of a frame's spacing before there is a warning, relative
 constexpr double kLeastUsualRadius = 0.8, kMostUsualRadius = 3;  // usual ball radii, in spacings
+constexpr double kJoiningRadius = 0.5;  // spacings; smaller balls of most neighbours do not touch
 
 constexpr double kMostSpacingInSizes = 1.5;  // usual distance between particles in sizes of their own, or its inverse
 
@@ -283,7 +284,12 @@ FrameSpacing compareSpacing(const Particles& particles, const SkinParams& params
     std::string scale;
     if (radius > kMostUsualRadius * own || radius < kLeastUsualRadius * own)
         scale = "the radius " + shortNumber(radius) + " is " + shortNumber(radius / own) +
-                " times the particle spacing of this frame; 0.8 to 3 times gives a liquid surface";
+                " times the particle spacing of this frame: " +
+                (radius > kMostUsualRadius * own ? "parts that are far apart melt together, and meshing is slow"
+                 : radius < kJoiningRadius * own ? "neighbours hardly join, so that most particles become drops"
+                                                 : "sheets get holes, and threads break") +
+                ". Use 0.8 to 3 times, such as --radius " + shortNumber(kDefaultRadiusSpacings * own) +
+                " (surface.radius)";
     if (drifts)
         result.drift = "the particle spacing of this frame is " + shortNumber(own) + ", but " + shortNumber(spacing) +
                        " is used for all frames. Give the spacing of the liquid with --spacing (surface.spacing)" +

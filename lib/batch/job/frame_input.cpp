@@ -202,26 +202,63 @@ std::optional<InputRemark> remarkOnRadius(const Attribute& attribute) {
                            attribute.name + " (surface.radius_attribute)"};
 }
 
+/// "particle 17", or its position where rows are not those of the file, because particles are left out.
+std::string particleName(const FrameInput& liquid, std::size_t row) {
+    if (liquid.particles.size() == liquid.summary.particles_read) return "particle " + std::to_string(row);
+    const Vec3f& p = liquid.particles.position[row];
+    return "the particle at " + shortNumber(p.x) + ", " + shortNumber(p.y) + ", " + shortNumber(p.z);
+}
+
+/// A particle whose ball is so much larger than most that it swallows others.
+std::optional<InputRemark> remarkOnSizes(const FrameInput& liquid, const SkinParams& skin) {
+    constexpr double kOutlier = 20;     // medians
+    constexpr std::size_t kRare = 100;  // at most one in so many; more of them are no mistake
+    constexpr double kCrowd = 4;        // particles in a ball, as a multiple of those in a ball of regular liquid
+    const double crowd = kCrowd * 4.19 * std::pow(skin.radius / particleSpacing(skin), 3);
+    const std::vector<Vec3f>& position = liquid.particles.position;
+    const auto attribute = std::ranges::find(liquid.particles.attributes, skin.radius_attribute, &Attribute::name);
+    if (skin.radius_attribute.empty() || attribute == liquid.particles.attributes.end() || attribute->components != 1 ||
+        position.empty())
+        return std::nullopt;
+    std::vector<double> size(attribute->real.begin(), attribute->real.end());
+    if (attribute->real.empty()) size.assign(attribute->integer.begin(), attribute->integer.end());
+    std::vector<double> sorted = size;
+    if (std::ranges::any_of(sorted, [](double x) { return !std::isfinite(x); })) return std::nullopt;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const auto isOutlier = [limit = kOutlier * *middle](double x) { return x > limit; };
+    const auto outliers = static_cast<std::size_t>(std::ranges::count_if(size, isOutlier));
+    if (outliers == 0 || outliers * kRare > size.size()) return std::nullopt;
+    const auto row = static_cast<std::size_t>(std::ranges::max_element(size) - size.begin());
+    const double radius = size[row] * skin.radius_scale / particleSpacing(skin) * skin.radius;
+    const auto inside = static_cast<std::size_t>(std::ranges::count_if(
+        position, [&](const Vec3f& p) { return (Vec3(p) - Vec3(position[row])).length() < radius; }));
+    if (static_cast<double>(inside) <= crowd) return std::nullopt;
+    const std::string& name = skin.radius_attribute;
+    return InputRemark{"sizes", true,
+                       particleName(liquid, row) + " has " + name + " = " + shortNumber(size[row]) + ", " +
+                           shortNumber(size[row] / *middle) + " times the median, " + shortNumber(*middle) +
+                           ": its ball swallows " + std::to_string(inside - 1) + " other particles" +
+                           (outliers > 1 ? ", and " + std::to_string(outliers - 1) + " more " +
+                                               (outliers > 2 ? "particles are" : "particle is") + " as unusual"
+                                         : "") +
+                           ". If that is a mistake, leave it out with --where '" + name +
+                           " <= " + shortNumber(kOutlier * *middle) + "' (input.where)"};
+}
+
 std::optional<InputRemark> remarkOnValues(const Attribute& attribute, const FrameInput& liquid) {
-    const InputSummary& summary = liquid.summary;
     std::size_t count = 0, first = 0;
     for (std::size_t i = 0; i < attribute.real.size(); ++i)
         if (!std::isfinite(attribute.real[i]) && count++ == 0) first = i;
     if (count == 0) return std::nullopt;
     const std::size_t row = first / attribute.components;
-    const Vec3f& p = liquid.particles.position[row];
-    // Where particles are left out, their rows are not those of the file.
-    const std::string particle =
-        (liquid.particles.size() == summary.particles_read
-             ? "particle " + std::to_string(row)
-             : "the particle at " + shortNumber(p.x) + ", " + shortNumber(p.y) + ", " + shortNumber(p.z)) +
-        " (" + std::to_string(attribute.real[first]) + ")";
+    const std::string particle = particleName(liquid, row) + " (" + std::to_string(attribute.real[first]) + ")";
     std::string text =
         "the attribute '" + attribute.name + "' has " +
         (count == 1 ? "a number that is NaN or infinite, that of " + particle
                     : std::to_string(count) + " numbers that are NaN or infinite, the first of them for " + particle) +
         ". They spread to the vertices nearby";
-    for (const LostNumber& lost : summary.lost_numbers) {
+    for (const LostNumber& lost : liquid.summary.lost_numbers) {
         const auto part = componentName(lost.attribute);
         if (lost.attribute != attribute.name && !(part && part->vector == attribute.name)) continue;
         text += ". In the file, particle " + std::to_string(lost.particle) + " has " + describe(lost);
@@ -346,6 +383,7 @@ std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Plan& plan) {
     }
     add(remarkOnVelocity(summary, config));
     add(remarkOnGrids(summary, config));
+    add(remarkOnSizes(liquid, plan.skin));
     for (const Attribute& attribute : liquid.particles.attributes) {
         if (config.surface.radius_attribute.empty()) add(remarkOnRadius(attribute));
         if (!isOutput(attribute.name, config)) continue;

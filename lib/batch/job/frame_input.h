@@ -43,7 +43,7 @@ struct InputRemark {
 };
 
 /// Remarks on the velocity, on particles, attributes, groups and grids that are not used, on values that are not
-/// finite, and on places where single precision is coarse.
+/// finite, on sizes that swallow other particles, and on places where single precision is coarse.
 std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Plan& plan);
 
 /// The parts of a file with their use in a job: requested attributes and accelerations are "output".
