@@ -71,7 +71,10 @@ Panel panelOf(const std::string& text, Config base, const PreviewWorker& worker)
                     "' has no colon. Use a caption, a colon and any number of KEY=VALUE, as in 'full "
                     "balls: surface.skin=none'.");
     std::istringstream words(text.substr(colon + 1));
-    for (std::string word; words >> word;) setConfigKey(base, word);
+    for (std::string word; words >> word;) {
+        const KeyValue given = keyValueOf(word, "--panel '" + text.substr(0, colon) + "':");
+        setConfigKey(base, given.path, given.value, given.where);
+    }
     return {text.substr(0, colon), planOf(base, worker)};
 }
 

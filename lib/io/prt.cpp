@@ -78,6 +78,13 @@ NumberColumn columnOf(const Channel& channel, const std::byte* rows, std::size_t
 
 bool isNamed(const std::string& name, const std::string& wanted) { return lowerCase(name) == lowerCase(wanted); }
 
+/// The name under which a channel is read.
+std::string nameOf(const Channel& channel, const ReadOptions& options) {
+    if (isNamed(channel.name, "Position")) return "P";
+    if (!options.id.empty() && isNamed(channel.name, options.id)) return options.id;
+    return isNamed(channel.name, "Velocity") ? "velocity" : channel.name;
+}
+
 FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* rows, std::size_t count,
                         std::size_t row_bytes, const ReadOptions& options, const std::string& file) {
     FileContents points;
@@ -87,22 +94,20 @@ FileContents pointsFrom(const std::vector<Channel>& channels, const std::byte* r
             points.has_double_positions = channel.type != kHalf && kTypes[channel.type] == NumberType::float64;
         }
     for (const Channel& channel : channels) {
-        const bool is_id = !options.id.empty() && isNamed(channel.name, options.id);
-        if (isNamed(channel.name, "Position") || (!options.attributes && !is_id)) continue;
-        const std::string name = isNamed(channel.name, "Velocity") ? "velocity" : channel.name;
-        addColumn(is_id ? options.id : name, channel.arity, columnOf(channel, rows, count, row_bytes), count, options,
-                  file, points);
+        const std::string name = nameOf(channel, options);
+        if (name == "P" || (!options.attributes && name != options.id)) continue;
+        addColumn(name, channel.arity, columnOf(channel, rows, count, row_bytes), count, options, file, points);
     }
     return points;
 }
 
 /// Declares the channels; throws Error unless one of them is the position.
-void declare(const std::vector<Channel>& channels, const Cursor& in, FileContents& contents) {
+void declare(const std::vector<Channel>& channels, const ReadOptions& options, const Cursor& in,
+             FileContents& contents) {
     bool has_position = false;
     for (const Channel& channel : channels) {
-        const bool is_position = isNamed(channel.name, "Position");
-        has_position |= is_position && channel.arity == 3;
-        contents.declared.push_back({is_position ? "P" : channel.name, kTypeNames[channel.type], channel.arity, ""});
+        has_position |= isNamed(channel.name, "Position") && channel.arity == 3;
+        contents.declared.push_back({nameOf(channel, options), kTypeNames[channel.type], channel.arity, ""});
     }
     if (!has_position) in.fail("has no channel Position of three numbers");
 }
@@ -170,7 +175,7 @@ private:
             row_bytes_ += channel.bytes();
             channels_.push_back(channel);
         }
-        declare(channels_, in_, contents_);
+        declare(channels_, options_, in_, contents_);
     }
 
     void readParticles() {
@@ -243,7 +248,7 @@ FileContents parsePrt(Cursor in, const ReadOptions& options) {
         if (channel.offset > row_bytes || channel.bytes() > row_bytes - channel.offset)
             in.fail("channel '" + channel.name + "' begins at byte " + std::to_string(channel.offset) +
                     " of particles that have " + std::to_string(row_bytes));
-    declare(channels, in, contents);
+    declare(channels, options, in, contents);
     if (static_cast<std::uint64_t>(count) > kMostPacked * (in.remaining() + 1) / row_bytes)
         in.fail(std::to_string(count) + " particles of " + std::to_string(row_bytes) +
                 " bytes are more than the rest of the file can hold. It is truncated or damaged.");

@@ -286,8 +286,14 @@ TEST_F(Previews, PanelsDifferOnlyInTheKeysTheySet) {
     EXPECT_EQ(halves().first, whole);
     EXPECT_NE(halves().second, whole);
     for (const char* wrong : {"no colon", "unknown: surface.colour=red", "a word: flat", "plane: surface.dimension=2",
-                              "cut: preview.cut=w<1"})
-        EXPECT_EQ(compared({"one:", wrong}).exit_code, 2) << wrong;
+                              "cut: preview.cut=w<1"}) {
+        const Outcome outcome = compared({"one:", wrong});
+        EXPECT_EQ(outcome.exit_code, 2) << wrong;
+        EXPECT_EQ(outcome.err.find("--set"), std::string::npos) << outcome.err;
+        if (std::string(wrong).find("plane") != 0) {
+            EXPECT_NE(outcome.err.find("--panel '"), std::string::npos) << outcome.err;
+        }
+    }
 }
 
 TEST_F(Previews, AContactSheetContainsTheChosenFrames) {

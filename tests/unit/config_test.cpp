@@ -217,6 +217,12 @@ TEST_F(ConfigFile, ErrorsNameFileLineColumnAndTheNearestKey) {
     expectError("\nradius: 1\n", {"job.yaml:3:1", "'surface.radius'"});
     expectError("run:\n  frame_in_flight: 2\n", {"job.yaml:3:3", "'run.frames_in_flight'"});
     expectError("frame: 1\n", {"job.yaml:2:1", "'frames'"});
+    for (const std::string section : {"input", "output", "preview"})
+        expectError(section + ": a/p.####.ply\n",
+                    {"job.yaml:2:", section + ": 'a/p.####.ply' is no map. Use a map of keys, as in " + section +
+                                        ": {path: a/p.####.ply}."});
+    expectError("surface: 1.5dx\n", {"job.yaml:2:10", "as in surface: {radius: 1.5dx}."});
+    expectError("input:\n", {"job.yaml:2:1", "the value is nothing", "as in input: {path: "});
 }
 
 TEST_F(ConfigFile, RefusesWrongTypesAndInvalidValues) {

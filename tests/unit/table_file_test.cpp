@@ -310,6 +310,24 @@ TEST(PrtFile, ChannelsOfEveryType) {
     EXPECT_TRUE(parsePrt({bytesOf(prt(0, channels, "")), "b.prt"}).position.empty());
 }
 
+TEST(PrtFile, ChannelsThatAreReadAreNotNamedAsUnused) {
+    const TemporaryFolder folder;
+    for (const std::string velocity : {"Velocity", "velocity", "VELOCITY"})
+        for (const std::string id : {"ID", "id", "Id"}) {
+            const std::vector<Channel> channels{
+                {"Position", 4, 3, 0}, {velocity, 4, 3, 12}, {id, 1, 1, 24}, {"Density", 4, 1, 28}};
+            writeFile(folder / "a.prt",
+                      prt(1, channels,
+                          numbers<float>({1, 2, 3, 4, 5, 6}) + numbers<std::int32_t>({7}) + numbers<float>({8})));
+            const SummarisedParticles read = readSummarised(folder / "a.prt", {});
+            EXPECT_EQ(read.particles.velocity, std::vector<Vec3f>{Vec3f(4, 5, 6)});
+            EXPECT_EQ(read.particles.id, std::vector<std::uint64_t>{7});
+            std::string uses;
+            for (const InputPart& part : read.summary.parts) uses += part.name + ":" + part.use + " ";
+            EXPECT_EQ(uses, "P:position velocity:velocity id:id Density: ");
+        }
+}
+
 /// A PRT2 file of two particles with the channels Position and ID.
 std::string prt2(const std::string& filter = "transpose-zlib", std::uint32_t particles = 2) {
     const auto text = [](const std::string& words) { return static_cast<char>(words.size()) + words; };

@@ -88,8 +88,16 @@ KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML:
 void requireSectionMap(const YAML::Node& name, const std::string& section, const YAML::Node& rows,
                        const fs::path& file) {
     if (rows.IsMap()) return;
-    throw Error(located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": the value is " +
-                typeName(rows) + ". Use a map such as " + section + ": {key: value}.");
+    const auto first = std::find_if(configKeys().begin(), configKeys().end(),
+                                    [&](const ConfigKey& key) { return key.path.starts_with(section + '.'); });
+    std::string example = first->path.substr(section.size() + 1) + ": " + first->get(Config{});
+    if (keyAt(section + ".path") != nullptr)
+        example =
+            "path: " + (rows.IsScalar() ? rows.Scalar() : section + ".####." + (section == "preview" ? "png" : "ply"));
+    throw Error(
+        located(file, rows.IsNull() ? name.Mark() : rows.Mark()) + ": " + section + ": " +
+        (rows.IsScalar() ? '\'' + rows.Scalar() + "' is no map" : std::string("the value is ") + typeName(rows)) +
+        ". Use a map of keys, as in " + section + ": {" + example + "}.");
 }
 
 void applySection(Config& config, const YAML::Node& name, const std::string& section, const YAML::Node& rows,

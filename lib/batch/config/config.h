@@ -163,8 +163,8 @@ const std::vector<ConfigKey>& configKeys();
 /// The key or section most similar to an unknown one, for error messages.
 std::string nearestConfigKey(std::string_view unknown);
 
-/// The key and value in `a.b=c`, the argument of --set.
-KeyValue keyValueOf(const std::string& assignment);
+/// The key and value in `a.b=c`. option: whose argument it is, for errors.
+KeyValue keyValueOf(const std::string& assignment, const std::string& option = "--set");
 
 /// Sets one key. `where` is the place of the value for errors: "--set", "splash.yaml:4:11". Setting `preset` sets
 /// all keys of those presets, so it has to come before keys that override them.

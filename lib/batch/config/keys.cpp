@@ -63,12 +63,12 @@ void setConfigKey(Config& config, const std::string& path, const std::string& va
     }
 }
 
-KeyValue keyValueOf(const std::string& assignment) {
+KeyValue keyValueOf(const std::string& assignment, const std::string& option) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
-        throw Error("--set " + assignment + " is not a setting. Use KEY=VALUE, as in --set surface.radius=1.5dx.");
+        throw Error(option + ' ' + assignment + " is not a setting. Use KEY=VALUE, as in surface.radius=1.5dx.");
     }
-    return {assignment.substr(0, equals), assignment.substr(equals + 1), "--set " + assignment};
+    return {assignment.substr(0, equals), assignment.substr(equals + 1), option + ' ' + assignment};
 }
 
 void setConfigKey(Config& config, const std::string& assignment) {
