@@ -1,10 +1,9 @@
 // Alembic (.abc) in the Ogawa container.
 //
 // Read: one object PolyMesh or Points, static transforms above it applied; of its attributes those with a row of
-// numbers per vertex. Widths, which are diameters, become the radius `pscale`. Of several time samples the first is
-// read. Archives in HDF5, which Alembic wrote until 2013, are errors.
-// Written: one frame, as an object `mesh` or `points`.
-// Layout: alembic_layout.h, ogawa.h.
+// numbers per vertex. Widths, which are diameters, become the radius `pscale`. Of several time samples the one
+// at ReadOptions::frame is read, or the latest before it; without that the first. Archives in HDF5, which Alembic wrote
+// until 2013, are errors. Written: one frame, as an object `mesh` or `points`. Layout: alembic_layout.h, ogawa.h.
 
 #pragma once
 
@@ -14,6 +13,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace betamesh {
 
@@ -35,6 +35,10 @@ void encodeAbc(ByteWriter& out, const Particles& particles, const std::string& f
 ///
 /// errors  several objects without a choice; no mesh and no points; a transform that moves
 FileContents readAbc(const std::filesystem::path& path, const ReadOptions& options);
+
+/// The times, in frames, of the samples of the geometry that readAbc() reads, ascending, each once. Empty if nothing
+/// changes, or if the archive has no frame rate.
+std::vector<double> abcSampleTimes(const std::filesystem::path& path, const ReadOptions& options);
 FileContents parseAbc(std::span<const std::byte> bytes, const std::string& file, const ReadOptions& options);
 
 }  // namespace betamesh

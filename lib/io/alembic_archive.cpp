@@ -1,5 +1,6 @@
 #include "io/alembic_archive.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -7,6 +8,8 @@
 namespace betamesh {
 
 namespace {
+
+constexpr double kAcyclic = 1e30;  // seconds from which a cycle is none
 
 /// A number of 1, 2 or 4 bytes.
 std::uint32_t sized(Cursor& in, std::size_t bytes, const char* what) {
@@ -113,8 +116,7 @@ AlembicArchive::AlembicArchive(OgawaReader file) : file_(std::move(file)) {
 }
 
 void AlembicArchive::readTimeSamplings(const Bytes& samplings) {
-    constexpr double kAcyclic = 1e30;  // seconds from which a step is none
-    constexpr double kDigits = 1e6;    // of a frame rate, which is stored as the time of a frame
+    constexpr double kDigits = 1e6;  // of a frame rate, which is stored as the time of a frame
     Cursor in(samplings, "time samplings");
     constexpr std::size_t kHeader = 4 + 8 + 4;
     for (std::size_t i = 0; in.remaining() >= kHeader; ++i) {  // the geometry does not need them: damage is no error
@@ -122,7 +124,8 @@ void AlembicArchive::readTimeSamplings(const Bytes& samplings) {
         const auto step = takeLittle<double>(in, "time sampling");
         const auto times = takeLittle<std::uint32_t>(in, "time sampling");
         if (times > in.remaining() / sizeof(double)) return;
-        in.skip(times * sizeof(double), "times");
+        TimeSampling& sampling = time_samplings_.emplace_back(TimeSampling{step, {}});
+        for (std::uint32_t k = 0; k < times; ++k) sampling.times.push_back(takeLittle<double>(in, "times"));
         if (i == 0 || times != 1 || !(step > 0 && step < kAcyclic) || frames_per_second_) continue;
         frames_per_second_ = std::round(kDigits / step) / kDigits;
     }
@@ -234,12 +237,14 @@ std::vector<AlembicProperty> AlembicArchive::properties(OgawaChild group) {
             p.extent = flags >> kExtentShift & 255;
             p.samples = sized(in, bytes, "property");
             if ((flags & kHasChangedRange) != 0) {
-                sized(in, bytes, "property");
-                p.changes = sized(in, bytes, "property") > 0;
-            } else {
-                p.changes = (flags & kConstant) == 0 && p.samples > 1;
+                p.first_changed = sized(in, bytes, "property");
+                p.last_changed = sized(in, bytes, "property");
+            } else if ((flags & kConstant) == 0 && p.samples > 1) {
+                p.first_changed = 1;
+                p.last_changed = p.samples - 1;
             }
-            if ((flags & kHasTimeSampling) != 0) sized(in, bytes, "property");
+            p.changes = p.last_changed > 0;
+            if ((flags & kHasTimeSampling) != 0) p.time_sampling = sized(in, bytes, "property");
         }
         p.name = textOf(in, sized(in, bytes, "name of a property"), "name of a property");
         p.metadata = metadataOf(flags >> kMetadataShift & 255, in, bytes);
@@ -251,10 +256,41 @@ std::vector<AlembicProperty> AlembicArchive::properties(OgawaChild group) {
     return properties;
 }
 
-Bytes AlembicArchive::firstSample(const AlembicProperty& property) {
+std::optional<double> AlembicArchive::timeOf(const AlembicProperty& property, std::uint32_t sample) const {
+    constexpr double kRounding = 1e-3;  // frames; times are rounded when they are written
+    if (!frames_per_second_ || property.time_sampling >= time_samplings_.size()) return std::nullopt;
+    const auto& [cycle, times] = time_samplings_[property.time_sampling];
+    const bool is_acyclic = !(cycle < kAcyclic);
+    if (times.empty() || (is_acyclic && sample >= times.size())) return std::nullopt;
+    const std::size_t cycles = sample / times.size();
+    const double seconds = times[sample % times.size()] + (is_acyclic ? 0 : static_cast<double>(cycles) * cycle);
+    const double frame = seconds * *frames_per_second_;
+    return std::abs(frame - std::round(frame)) < kRounding ? std::round(frame) : frame;
+}
+
+std::uint32_t AlembicArchive::sampleAt(const AlembicProperty& property, double frame) const {
+    std::uint32_t sample = 0, end = property.samples;
+    while (end - sample > 1) {
+        const std::uint32_t middle = sample + (end - sample) / 2;
+        const auto time = timeOf(property, middle);
+        (time && *time <= frame ? sample : end) = middle;
+    }
+    return sample;
+}
+
+Bytes AlembicArchive::sample(const AlembicProperty& property, std::uint32_t sample) {
     if (property.samples == 0) return {};
-    const std::vector<OgawaChild> samples = file_.group(property.content, "property");
-    return samples.empty() ? Bytes{} : file_.data(samples.front(), property.name.c_str(), kDigestBytes);
+    const std::vector<OgawaChild> children = file_.group(property.content, "property");
+    if (children.empty()) return {};
+    // Samples that are the same as the one before are not stored.
+    std::size_t stored = 0;
+    if (property.changes && sample > 0 && sample >= property.first_changed)
+        stored = std::min(sample, property.last_changed) - property.first_changed + std::size_t{1};
+    const std::size_t child = property.kind == kScalar ? stored : 2 * stored;
+    if (child >= children.size())
+        fail("sample " + std::to_string(sample) + " of the property '" + property.name +
+             "' is missing. The file is damaged.");
+    return file_.data(children[child], property.name.c_str(), kDigestBytes);
 }
 
 }  // namespace betamesh

@@ -29,8 +29,10 @@ struct AlembicProperty {
     AlembicType type{};
     std::uint32_t extent = 0;  ///< numbers per row
     std::uint32_t samples = 0;
-    bool changes = false;              ///< not all samples are the same
-    OgawaChild content = kEmptyGroup;  ///< group of its samples or, of a compound, its properties
+    bool changes = false;                               ///< not all samples are the same
+    std::uint32_t first_changed = 0, last_changed = 0;  ///< samples before and after are the same as their neighbours
+    std::uint32_t time_sampling = 0;                    ///< index in the table of the archive
+    OgawaChild content = kEmptyGroup;                   ///< group of its samples or, of a compound, its properties
     std::map<std::string, std::string> metadata{};
 
     bool isCompound() const { return kind == 0; }
@@ -53,8 +55,13 @@ public:
     /// of a schema, such as ".geom", are ordinary ones.
     std::vector<AlembicProperty> properties(OgawaChild group);
 
-    /// The numbers of the first sample, without digest; none if there is no sample.
-    Bytes firstSample(const AlembicProperty& property);
+    /// The time of a sample in frames; nullopt: the archive has no frame rate or does not tell the time.
+    std::optional<double> timeOf(const AlembicProperty& property, std::uint32_t sample) const;
+    /// The sample that holds at a time in frames: the latest until then, or else the first.
+    std::uint32_t sampleAt(const AlembicProperty& property, double frame) const;
+    /// The numbers of a sample, without digest; none if there are no samples.
+    Bytes sample(const AlembicProperty& property, std::uint32_t sample);
+    Bytes firstSample(const AlembicProperty& property) { return sample(property, 0); }
 
     [[noreturn]] void fail(const std::string& text) const { file_.fail(0, text); }
 
@@ -69,7 +76,14 @@ private:
     std::optional<Matrix4> transformOf(OgawaChild properties, const std::string& path,
                                        const std::optional<Matrix4>& parent);
 
+    /// When the samples of properties were taken: `times` in seconds, and again after each cycle.
+    struct TimeSampling {
+        double cycle = 0;  ///< seconds; from kAcyclic on the times are not repeated
+        std::vector<double> times;
+    };
+
     OgawaReader file_;
+    std::vector<TimeSampling> time_samplings_;
     std::vector<std::string> metadata_;  // by index
     std::optional<double> frames_per_second_;
     std::vector<AlembicObject> objects_;

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -138,12 +139,12 @@ public:
                                             [](const auto& a) { return a.name == "radius" || a.name == "pscale"; });
         const AlembicProperty* const widths = property(".widths");
         if (widths != nullptr && !has_radius && options_.attributes) readWidths(*widths);
-        if (samples_ > 1)
-            contents_.warnings.push_back("object '" + object_.path + "' has " + std::to_string(samples_) +
-                                         " time samples, of which the first is read and " +
-                                         std::to_string(samples_ - 1) +
-                                         " left out. Export a sequence of files with one frame each");
-        if (samples_ > 1) contents_.format += ", first of " + std::to_string(samples_) + " samples";
+        if (samples_ > 1 && !is_at_frame_)
+            contents_.warnings.push_back(
+                "object '" + object_.path + "' has " + std::to_string(samples_) + " time samples, of which " +
+                (options_.frame ? "an earlier one" : "the first") + " is read and " + std::to_string(samples_ - 1) +
+                " left out. Export a sequence of files with one frame each");
+        if (samples_ > 1 && !options_.frame) contents_.format += ", first of " + std::to_string(samples_) + " samples";
         const std::size_t n = points_.position.size();
         deliver(std::move(points_), n, options_, contents_);
     }
@@ -153,7 +154,10 @@ private:
 
     Bytes sample(const AlembicProperty& p) {
         if (p.changes) samples_ = std::max(samples_, p.samples);
-        return archive_.firstSample(p);
+        if (!options_.frame) return archive_.firstSample(p);
+        const std::uint32_t sample = archive_.sampleAt(p, *options_.frame);
+        is_at_frame_ |= p.changes && archive_.timeOf(p, sample) == options_.frame;
+        return archive_.sample(p, sample);
     }
 
     void declare(const std::string& name, AlembicType type, std::size_t components) {
@@ -327,6 +331,7 @@ private:
     FileContents points_;
     std::vector<std::uint32_t> triangles_of_face_;
     std::uint32_t samples_ = 1;
+    bool is_at_frame_ = false;  // a sample is there for options.frame
 };
 
 /// Whether an object is called so: by its path, or the last name in it.
@@ -334,10 +339,8 @@ bool isNamed(const AlembicObject& object, const std::string& name) {
     return object.path == name || object.path.substr(object.path.rfind('/') + 1) == name;
 }
 
-FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
-    FileContents contents;
-    contents.format = "alembic ogawa";
-    contents.units.frames_per_second = archive.framesPerSecond();
+/// The objects to read.
+std::vector<const AlembicObject*> chosenObjects(const AlembicArchive& archive, const ReadOptions& options) {
     const auto ofSchema = [&](std::string_view schema) {
         std::vector<const AlembicObject*> objects;
         for (const AlembicObject& object : archive.objects())
@@ -365,12 +368,51 @@ FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
                      (options.faces
                           ? ". Export each into a file of its own, or choose one with `betamesh convert --grid`."
                           : ". Choose some with --grid (input.grid)."));
+    return objects;
+}
+
+FileContents readArchive(AlembicArchive archive, const ReadOptions& options) {
+    FileContents contents;
+    contents.format = "alembic ogawa";
+    contents.units.frames_per_second = archive.framesPerSecond();
+    const std::vector<const AlembicObject*> objects = chosenObjects(archive, options);
     for (const AlembicObject& object : archive.objects()) {
         const bool is_read = std::find(objects.begin(), objects.end(), &object) != objects.end();
         contents.grids.push_back({object.path, object.schema, is_read});
     }
     for (const AlembicObject* object : objects) GeometryReader(archive, *object, options, contents).read();
     return contents;
+}
+
+std::vector<double> sampleTimes(AlembicArchive archive, const ReadOptions& options) {
+    constexpr std::uint64_t kMostSamples = 1'000'000;
+    std::uint64_t samples = 0;
+    std::set<double> times;
+    for (const AlembicObject* object : chosenObjects(archive, options))
+        for (const AlembicProperty& geometry : archive.properties(object->properties)) {
+            if (geometry.name != ".geom" || !geometry.isCompound()) continue;
+            for (const AlembicProperty& p : archive.properties(geometry.content))
+                for (std::uint32_t sample = 0; p.changes && sample < p.samples; ++sample) {
+                    const auto time = archive.timeOf(p, sample);
+                    if (!time || !std::isfinite(*time) || ++samples > kMostSamples) return {};
+                    times.insert(*time);
+                }
+        }
+    return {times.begin(), times.end()};
+}
+
+template <typename Use>
+auto withArchive(const std::filesystem::path& path, const Use& use) {
+    requireRegularFile(path);
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    if (!in) throw Error(path.string() + ": cannot be read: " + std::generic_category().message(errno));
+    const auto size = static_cast<std::uint64_t>(in.tellg());
+    const auto source = [&](std::uint64_t at, std::span<std::byte> to) {
+        in.seekg(static_cast<std::streamoff>(at));
+        if (!in.read(reinterpret_cast<char*>(to.data()), static_cast<std::streamsize>(to.size())))
+            throw Error(path.string() + ": cannot be read to its end");
+    };
+    return use(AlembicArchive(OgawaReader(source, size, path.string())));
 }
 
 }  // namespace
@@ -383,16 +425,13 @@ FileContents parseAbc(std::span<const std::byte> bytes, const std::string& file,
 }
 
 FileContents readAbc(const std::filesystem::path& path, const ReadOptions& options) {
-    requireRegularFile(path);
-    std::ifstream in(path, std::ios::binary | std::ios::ate);
-    if (!in) throw Error(path.string() + ": cannot be read: " + std::generic_category().message(errno));
-    const auto size = static_cast<std::uint64_t>(in.tellg());
-    const auto source = [&](std::uint64_t at, std::span<std::byte> to) {
-        in.seekg(static_cast<std::streamoff>(at));
-        if (!in.read(reinterpret_cast<char*>(to.data()), static_cast<std::streamsize>(to.size())))
-            throw Error(path.string() + ": cannot be read to its end");
-    };
-    return readArchive(AlembicArchive(OgawaReader(source, size, path.string())), options);
+    return withArchive(path, [&](AlembicArchive archive) { return readArchive(std::move(archive), options); });
+}
+
+std::vector<double> abcSampleTimes(const std::filesystem::path& path, const ReadOptions& options) {
+    ReadOptions of_points = options;
+    of_points.faces = false;
+    return withArchive(path, [&](AlembicArchive archive) { return sampleTimes(std::move(archive), of_points); });
 }
 
 }  // namespace betamesh

@@ -159,6 +159,7 @@ constexpr std::array kFormats = std::to_array<FileFormat>({
      .reads_particles = true,
      .reads_surfaces = true,
      .has_grids = true,
+     .sampleTimes = abcSampleTimes,
      .write_particles = encodeAbc,
      .write_mesh = encodeAbc,
      .write_spheres = writeAbcSpheres,

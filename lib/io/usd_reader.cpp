@@ -87,7 +87,8 @@ public:
     std::vector<double> sampleTimes() {
         std::set<double> times;
         const auto add = [&](const UsdaAttribute& attribute) {
-            for (const UsdaAttribute::Sample& sample : attribute.samples) times.insert(sample.time);
+            for (const UsdaAttribute::Sample& sample : attribute.samples)
+                if (std::isfinite(sample.time)) times.insert(sample.time);
         };
         for (const std::size_t prim : choosePrims()) {
             if (const UsdaAttribute* points = stage_.prims[prim].find("points")) add(*points);

@@ -202,9 +202,13 @@ def main():
         failures += check("cube of the library: attribute", numbers_of(path("cube.ply"), "heat") == [i / 4 for i in range(8)])
         write_foreign_mesh(path("cubes.abc"), samples=5)
         ended = subprocess.run([program, "convert", "cubes.abc", "cubes.ply"], cwd=folder, capture_output=True, text=True)
-        failures += check("of several samples the first is read, with a warning",
-                          ended.returncode == 0 and "has 5 time samples, of which the first is read and 4 left out" in
-                          ended.stderr and read_ply(path("cubes.ply"))[0]["P"] == columns["P"])
+        failures += check("of several samples one file gets the first, with a warning",
+                          ended.returncode == 0 and "only frame 24 of 24-28 is read" in ended.stderr and
+                          read_ply(path("cubes.ply"))[0]["P"] == columns["P"])
+        run("convert", "cubes.abc", "cubes.####.ply")
+        failures += check("of several samples a sequence gets all",
+                          all(read_ply(path("cubes.00%d.ply" % (24 + i)))[0]["P"] ==
+                              [(x, y + 2 * i, z) for x, y, z in columns["P"]] for i in range(5)))
         write_foreign_mesh(path("two.abc"), extra_object=True)
         failures += check("several meshes are an error",
                           "'/move/cube', '/other'" in error_of("convert", "two.abc", "c.ply"))

@@ -46,8 +46,10 @@ struct TestArchive {
         metadata += static_cast<char>(text.size()) + text;
         return next_metadata++;
     }
+    /// samples: those that are stored; range: number of all samples, the first and the last that are not stored
+    /// elsewhere, if flags has kHasChangedRange. With kHasTimeSampling the property has time sampling 1.
     void property(Properties& parent, const std::string& name, std::uint32_t flags,
-                  const std::vector<std::string>& samples, int meta = 0) {
+                  const std::vector<std::string>& samples, int meta = 0, const std::string& range = "") {
         std::vector<OgawaChild> children;
         for (const std::string& sample : samples) {
             children.push_back(file.data(std::string(16, 'd') + sample));
@@ -55,7 +57,8 @@ struct TestArchive {
         }
         parent.groups.push_back(file.group(children));
         parent.headers += packed<std::uint32_t>({flags | static_cast<std::uint32_t>(meta) << kMetadataShift});
-        parent.headers += static_cast<char>(samples.size());
+        parent.headers += range.empty() ? std::string(1, static_cast<char>(samples.size())) : range;
+        if ((flags & kHasTimeSampling) != 0) parent.headers += '\1';
         parent.headers += static_cast<char>(name.size()) + name;
     }
     void compound(Properties& parent, const std::string& name, Properties child, int meta = 0) {
@@ -82,9 +85,9 @@ struct TestArchive {
         parts.push_back(file.data(headers + std::string(32, '\0')));
         return file.group(parts);
     }
-    Bytes bytes(OgawaChild top) {
+    Bytes bytes(OgawaChild top, const std::string& time_samplings = numbers({0})) {
         const OgawaChild root = file.group({file.data(std::string(4, '\0')), file.data(packed<std::int32_t>({10800})),
-                                            top, kEmptyData, file.data(numbers({0})), file.data(metadata)});
+                                            top, kEmptyData, file.data(time_samplings), file.data(metadata)});
         return bytesOf([&](ByteWriter& out) { file.write(out, root); });
     }
 };

@@ -3,9 +3,11 @@
 #include "io/alembic.h"
 #include "io/file_info.h"
 #include "io/output_file.h"
+#include "io/particle_file.h"
 #include "support/alembic_archive.h"
 #include "support/file_checks.h"
 
+#include <algorithm>
 #include <fstream>
 
 namespace betamesh {
@@ -169,6 +171,64 @@ TEST(AlembicFile, OfSeveralSamplesTheFirstIsReadWithAWarning) {
     const FileInfo info = inspectFile(folder / "a.abc");
     EXPECT_EQ(info.triangles, 4U);
     EXPECT_EQ(info.format, "alembic ogawa, first of 3 samples");
+}
+
+TEST(AlembicFile, TheSampleOfAFrameIsTheLatestUntilThen) {
+    const TemporaryFolder folder;
+    const auto sampling = [](double cycle, const std::vector<double>& times) {
+        return packed<std::uint32_t>({9}) + numbers({cycle}) +
+               packed<std::uint32_t>({static_cast<std::uint32_t>(times.size())}) + packed(times);
+    };
+    const auto point = [](double x) { return numbers({x, 0, 0}); };
+    const std::uint32_t flags = flagsOf(kArray, AlembicType::float64, 3) | kHasTimeSampling;
+    const std::string start = sampling(1, {0});
+    // Samples of the frames 3 to 7. Those that are the same as the one before are not stored.
+    for (const bool has_range : {false, true}) {
+        TestArchive archive;
+        const int points = archive.addMetadata("schema=AbcGeom_Points_v1");
+        TestArchive::Properties cloud;
+        if (has_range)
+            archive.property(cloud, "P", flags | kHasChangedRange, {point(3), point(5), point(6)}, 0, "\5\2\3");
+        else
+            archive.property(cloud, "P", flags, {point(3), point(4), point(5), point(6), point(7)});
+        archive.property(cloud, ".velocities", flags | kConstant, {point(-1)}, 0, "\5");
+        archive.property(cloud, ".pointIds", flagsOf(kArray, AlembicType::uint64, 1), {packed<std::uint64_t>({9})});
+        const OgawaChild drops = archive.object(".geom", cloud);
+        const OgawaChild top = archive.object("", {}, {{"drops", {points, drops}}});
+        const Bytes bytes = archive.bytes(top, start + sampling(1.0 / 24, {3.0 / 24}));
+        writeFile(folder / "a.abc", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        EXPECT_EQ(sampleTimes(folder / "a.abc", {}), (std::vector<double>{3, 4, 5, 6, 7}));
+        const std::vector<float> expected =
+            has_range ? std::vector<float>{3, 3, 5, 6, 6} : std::vector<float>{3, 4, 5, 6, 7};
+        ParticleInput input;
+        for (int frame = 2; frame <= 8; ++frame) {
+            input.frame = frame;
+            const auto [particles, summary] = readSummarised(folder / "a.abc", input);
+            EXPECT_EQ(particles.position.at(0).x, expected[static_cast<std::size_t>(std::clamp(frame, 3, 7) - 3)]);
+            EXPECT_EQ(particles.velocity.at(0).x, -1);
+            EXPECT_EQ(particles.id, std::vector<std::uint64_t>{9});
+            EXPECT_EQ(summary.warnings.empty(), frame >= 3 && frame <= 7) << frame;
+        }
+        input.frame = 5.5;
+        EXPECT_EQ(readParticles(folder / "a.abc", input).position.at(0).x, 5);
+        EXPECT_EQ(readParticles(folder / "a.abc").position.at(0).x, 3);
+    }
+    // Times without cycle, and times within frames.
+    TestArchive archive;
+    const int points = archive.addMetadata("schema=AbcGeom_Points_v1");
+    TestArchive::Properties cloud;
+    archive.property(cloud, "P", flags, {point(1), point(2), point(4)});
+    const OgawaChild drops = archive.object(".geom", cloud);
+    const OgawaChild top = archive.object("", {}, {{"drops", {points, drops}}});
+    const std::string acyclic = sampling(1e300, {1.0 / 25, 2.5 / 25, 4.0 / 25}), rate = sampling(1.0 / 25, {0});
+    const Bytes bytes = archive.bytes(top, start + acyclic + rate);
+    writeFile(folder / "b.abc", std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    EXPECT_EQ(sampleTimes(folder / "b.abc", {}), (std::vector<double>{1, 2.5, 4}));
+    // Without a frame rate there are no frames.
+    const Bytes unknown = archive.bytes(top, start + acyclic);
+    writeFile(folder / "c.abc", std::string(reinterpret_cast<const char*>(unknown.data()), unknown.size()));
+    EXPECT_TRUE(sampleTimes(folder / "c.abc", {}).empty());
+    EXPECT_EQ(readParticles(folder / "c.abc").position.at(0).x, 1);
 }
 
 TEST(AlembicFile, SeveralObjectsAreNeverJoinedInSilence) {

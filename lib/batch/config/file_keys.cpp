@@ -54,7 +54,8 @@ void addInputKeys(std::vector<ConfigKey>& keys) {
     addParticleKeys(keys);
     keys.push_back(textKey(
         {"frames", "--frames", "",
-         "Frames to process. all: every frame found on disk. A step is written with x, as in 1-100x2; a colon is "
+         "Frames to process. all: every frame found on disk, or in a file that holds several. A step is written with "
+         "x, as in 1-100x2; a colon is "
          "refused because farm engines disagree about its meaning."},
         "all, or frames such as 12, 1-100, 1-100x2, -5--1 or 1-10,15,20-30",
         [](Config& c) -> std::string& { return c.frames; }, checkFrames));

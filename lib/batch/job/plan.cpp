@@ -137,12 +137,12 @@ double framesPerFile(const InputFrames& input) {
     return input.is_one_file ? static_cast<double>(input.files.size()) : 1;
 }
 
-/// The memory of a frame of the input. Of a file that holds several frames, the text is in memory as a whole.
+/// The memory of a frame of the input. A file that holds several frames may be in memory as a whole.
 std::uint64_t memoryOfFrame(const std::string& file, const InputFrames& input) {
     if (!input.is_one_file) return workingMemory(file);
     std::error_code error;
-    const std::uintmax_t text = fs::file_size(file, error);
-    return error ? 0 : memoryOf(estimatedParticles(file) / framesPerFile(input)) + text;
+    const std::uintmax_t bytes = fs::file_size(file, error);
+    return error ? 0 : memoryOf(estimatedParticles(file) / framesPerFile(input)) + bytes;
 }
 
 bool isLevelSet(const Config& config) {

@@ -47,7 +47,7 @@ struct ParticleInput {
     double time_scale = 1;      ///< simulated seconds per second of playback
     UpAxis up_axis = UpAxis::y;
     Vec3 origin{0, 0, 0};           ///< subtracted from positions in double precision; units of the file
-    std::optional<double> frame{};  ///< of a .usda with time samples; nullopt: the one in its name, or the earliest
+    std::optional<double> frame{};  ///< of a file with time samples; nullopt: that of its name (.usda), or the first
 
     /// Are all members equal?
     bool operator==(const ParticleInput&) const = default;
