@@ -282,6 +282,7 @@ SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, 
     requireScale(reference);
     requireSkin(reference);
     requireOnePlane(particles);
+    requireAttributesNamed(particles, reference.attributes);
     const SizedParticles sized{particles, particleSizes(particles, reference)};
     const std::vector<double>& radii = sized.sizes.radius;
     const SkinParams params =

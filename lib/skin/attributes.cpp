@@ -4,6 +4,7 @@
 #include "base/attribute_names.h"
 #include "base/cell_grid.h"
 #include "base/chosen_rows.h"
+#include "base/nearest_word.h"
 #include "base/octaves.h"
 #include "betamesh/error.h"
 
@@ -31,14 +32,20 @@ std::string reasonAgainst(const std::string& name) {
 }  // namespace
 
 const Attribute* attributeOf(const Particles& particles, const std::string& name) {
-    std::string known;
+    std::string list;
+    std::vector<std::string> known;
     for (const Attribute& a : particles.attributes) {
         if (a.name == name) return &a;
-        known += (known.empty() ? "" : ", ") + a.name;
+        list += (list.empty() ? "" : ", ") + a.name;
+        known.push_back(a.name);
     }
     if (particles.size() == 0) return nullptr;
     throw Error(reasonAgainst(name) + ". Besides position, velocity and id the particles have " +
-                (known.empty() ? "no attributes" : known) + '.');
+                (list.empty() ? "no attributes" : list) + '.' + didYouMean(name, known));
+}
+
+void requireAttributesNamed(const Particles& particles, const std::vector<std::string>& names) {
+    for (const std::string& name : names) attributeOf(particles, name);
 }
 
 namespace {

@@ -15,6 +15,9 @@ namespace betamesh {
 /// errors  particles without such an attribute; the message lists those they have
 const Attribute* attributeOf(const Particles& particles, const std::string& name);
 
+/// errors  a name that carriedAttributes() would refuse
+void requireAttributesNamed(const Particles& particles, const std::vector<std::string>& names);
+
 /// Radii of balls and, at vertices, those of the balls there.
 struct LocalRadii {
     double largest = 0;                    ///< of all balls, world units

@@ -225,6 +225,7 @@ std::string_view nameOf(Stage stage) {
 }
 
 SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, const Watch& watch) {
+    requireAttributesNamed(particles, params.attributes);  // before stages that take long
     NearSurfaceFinder finder(params);
     finder.add(particles.position, particleSizes(particles, params).radius);
     return skinFrame(particles, finder.find(), params, watch);
@@ -233,6 +234,7 @@ SkinnedFrame skinFrame(const Particles& particles, const SkinParams& params, con
 SkinnedFrame skinFrame(const Particles& particles, const NearSurface& near, const SkinParams& given,
                        const Watch& watch_or_none) {
     requireConsistent(given);
+    requireAttributesNamed(particles, given.attributes);
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
     const ParticleSizes sizes = particleSizes(particles, given);
     const SkinParams params = near.largest > 0 ? withRadius(given, near.largest) : given;

@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <utility>
 
 namespace betamesh {
 
@@ -181,6 +183,27 @@ TEST(Attributes, MissingNamesAreAnError) {
         EXPECT_NE(std::string(error.what()).find("Cd"), std::string::npos);
     }
     EXPECT_TRUE(skinFrame(Particles{}, carrying(1, {"colour"})).mesh.attributes.empty());
+}
+
+TEST(Attributes, MissingNamesAreFoundBeforeAnyStage) {
+    int stages = 0;
+    const Watch watch = [&](Stage) { ++stages; };
+    for (const auto& skin : {std::function([&](const Particles&p, const SkinParams&s) { skinFrame(p, s, watch); }),
+                             std::function([&](const Particles&p, const SkinParams&s) { skinPlane(p, s, watch); })}) {
+        Particles particles;
+        particles.position = {{0, 0, 0}, {1, 0, 0}};
+        particles.attributes = {{"temperature", 1, {1, 2}, {}}, {"Cd", 3, {1, 0, 0, 0, 1, 0}, {}}};
+        skin(particles, carrying(1, {"Cd", "temperature"}));
+        EXPECT_GT(std::exchange(stages, 0), 0);
+        try {
+            skin(particles, carrying(1, {"Cd", "temprature"}));
+            ADD_FAILURE() << "an attribute that does not exist was carried";
+        } catch (const Error& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("temperature, Cd. Did you mean 'temperature'?"), std::string::npos) << text;
+        }
+        EXPECT_EQ(stages, 0);
+    }
 }
 
 TEST(Attributes, AccelerationsAreCarriedWithoutBeingRequested) {

@@ -5,7 +5,6 @@
 #include "batch/job/plane.h"
 #include "betamesh/error.h"
 #include "io/particle_file.h"
-#include "skin/attributes.h"
 #include "skin/particle_sizes.h"
 
 #include <utility>
@@ -19,7 +18,6 @@ std::string whyFrameFails(const FrameTask& task, const Plan& plan) {
         const Particles& particles = liquid.particles;
         requireAttributes(liquid, plan.config);
         if (plan.config.surface.dimension == 2) flattened(particles, plan.spacing);
-        carriedAttributes(particles, {}, {}, {}, plan.skin.attributes, {});  // of no vertices: checks the names alone
         particleSizes(particles, plan.skin);
         return "";
     } catch (const ParticleError& error) {

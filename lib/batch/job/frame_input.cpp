@@ -12,6 +12,7 @@
 #include "betamesh/error.h"
 #include "io/extension.h"
 #include "io/format_table.h"
+#include "skin/attributes.h"
 #include "skin/particle_sizes.h"
 
 #include <algorithm>
@@ -347,6 +348,7 @@ void requireAttributes(const FrameInput& liquid, const Config& config) {
             throw Error("'" + name + "' is a component of the attribute '" + part->vector + "'. Use --attributes " +
                         part->vector + " (output.attributes)");
     }
+    requireAttributesNamed(liquid.particles, config.output.attributes);
 }
 
 std::vector<InputRemark> remarksOn(const FrameInput& liquid, const Plan& plan) {

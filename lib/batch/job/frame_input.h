@@ -29,7 +29,8 @@ struct FrameInput {
 FrameInput readInput(const FrameTask& task, const Plan& plan, bool near_surface, FileIdentity& identity,
                      const std::function<void(const std::string&)>& foundNear);
 
-/// errors  an attribute of output.attributes that is read as the velocity or the id, or is a component of another one
+/// errors  an attribute of output.attributes that the particles do not have, that is read as the velocity or the id, or
+///         that is a component of another one
 void requireAttributes(const FrameInput& liquid, const Config& config);
 
 /// The kind of the remark that a frame has no velocity.
