@@ -74,6 +74,76 @@ TEST_F(Outputs, OnlyWhatIsMissingIsMadeAgain) {
     EXPECT_NE(run(outputs, {"--skip-existing"}).err.find("0 of 2 frames written, 2 skipped"), std::string::npos);
 }
 
+/// A preview may fail while it is rendered or while it is written.
+TEST_F(Outputs, AMeshOutlivesItsPreview) {
+    writeFrames(1, 2);
+    const std::string output = "  - {path: out/a.####.ply, preview: {path: look/a.####.png}}\n";
+    ASSERT_EQ(run(output).exit_code, 0);
+    const auto meshes = meshesIn("out"), pictures = meshesIn("look");
+    const auto forget = [&] {
+        fs::remove_all(folder_ / "out");
+        fs::remove_all(folder_ / "look");
+    };
+    const auto expectMeshAlone = [&](const Outcome& outcome, const std::string& why) {
+        EXPECT_EQ(outcome.exit_code, 1);
+        EXPECT_NE(outcome.err.find("frame 2: look/a.0002.png: " + why), std::string::npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("The mesh out/a.0002.ply is complete"), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.err.find("in/a.0002.ply"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(meshesIn("out") == meshes);
+        EXPECT_EQ(manifest(2)["status"], "ok");
+        const auto made = fs::last_write_time(folder_ / "out/a.0002.ply");
+        fs::remove_all(folder_ / "look/a.0002.png");
+        ASSERT_EQ(run(output, {"--skip-existing"}).exit_code, 0);
+        EXPECT_EQ(fs::last_write_time(folder_ / "out/a.0002.ply"), made);
+        EXPECT_TRUE(meshesIn("look") == pictures);
+        EXPECT_NE(run(output, {"--skip-existing"}).err.find("2 skipped"), std::string::npos);
+    };
+    forget();
+    expectMeshAlone(run("  - {path: out/a.####.ply, preview: {path: look/a.####.png, colour: Cd}}\n", {"--overwrite"}),
+                    "the mesh has no attribute 'Cd'");
+    forget();
+    fs::create_directories(folder_ / "look/a.0002.png/inside");
+    const Outcome outcome = run(output, {"--overwrite", "--io-retries", "0", "--json"});
+    const std::vector<Json> frames = jsonLines(outcome.out);
+    ASSERT_EQ(frames.size(), 2U);
+    for (const Json& frame : frames) EXPECT_EQ(frame["status"], frame["frame"] == 2 ? "failed" : "ok");
+    expectMeshAlone(outcome, "cannot be written");
+}
+
+TEST_F(Outputs, MeshesDoNotDependOnPreviews) {
+    writeFrames(1, 2);
+    const auto outputWith = [](const std::string& preview) {
+        return "  - {path: out/a.####.ply, preview: {" + preview + "}}\n";
+    };
+    ASSERT_EQ(run(outputWith("shading: studio")).exit_code, 0);
+    const auto meshes = meshesIn("out");
+    const auto made = fs::last_write_time(folder_ / "out/a.0002.ply");
+    const std::vector<std::string> previews{
+        "path: look/a.####.png",                  // where there was none
+        "path: look/a.####.png, shading: zebra",  // other settings
+        "path: look/a.####.png, show: particles",
+        "path: look/a.####.png, show: union",
+        "path: other/a.####.png, show: union",                  // elsewhere
+        "path: look/a.####.exr",                                // another format
+        "path: '" + folder_.path().string() + "/b.####.png'"};  // whose way to the mesh is not known
+    for (const std::string& preview : previews) {
+        SCOPED_TRACE(preview);
+        const Outcome planned = run(outputWith(preview), {"--skip-existing", "--dry-run"});
+        EXPECT_EQ(count(planned.out, ": draw"), 2U) << planned.out;
+        ASSERT_EQ(run(outputWith(preview), {"--skip-existing"}).exit_code, 0);
+        EXPECT_TRUE(meshesIn("out") == meshes);
+        EXPECT_EQ(fs::last_write_time(folder_ / "out/a.0002.ply"), made);
+        EXPECT_NE(run(outputWith(preview), {"--skip-existing"}).err.find("2 skipped"), std::string::npos);
+    }
+    // The pictures are those of a job that makes all files.
+    ASSERT_EQ(run(outputWith("path: look/a.####.png, show: union"), {"--skip-existing"}).exit_code, 0);
+    const std::string drawn = contentsOf(folder_ / "look/a.0002.png");
+    ASSERT_EQ(run(outputWith("path: look/a.####.png, show: union"), {"--overwrite"}).exit_code, 0);
+    EXPECT_TRUE(contentsOf(folder_ / "look/a.0002.png") == drawn);
+    fs::remove_all(folder_ / "look");  // no preview is wanted any more
+    EXPECT_NE(run(outputWith("shading: zebra"), {"--skip-existing"}).err.find("2 skipped"), std::string::npos);
+}
+
 TEST_F(Outputs, TheSameMeshMayHaveSeveralFormats) {
     writeFrames(1, 1);
     EXPECT_EQ(run("  - {path: out/a.####.ply}\n  - {path: out/a.####.obj}\n").exit_code, 0);

@@ -12,7 +12,7 @@ namespace betamesh {
 /// What is planned for a frame.
 enum class FrameAction {
     mesh,            ///< read, skin, write
-    draw,            ///< the mesh is up to date: render its preview again
+    draw,            ///< the mesh is up to date: make its preview alone
     write_empty,     ///< the input is missing; run.on_missing is empty
     skip_missing,    ///< the input is missing; run.on_missing is skip
     fail_missing,    ///< the input is missing; run.on_missing is error
@@ -46,7 +46,7 @@ enum class FrameStatus {
     ok,
     empty,    ///< an empty mesh was written because there were no particles
     skipped,  ///< nothing was written, as requested
-    failed    ///< nothing was written, see error
+    failed    ///< the mesh or its preview could not be made, see error
 };
 
 /// "ok", "empty", "skipped" or "failed".

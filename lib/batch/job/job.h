@@ -27,15 +27,15 @@ struct JobResult {
 using FrameEnded = std::function<void(const std::vector<FrameResult>& outputs)>;
 
 /// Meshes the frames of a job, each with all its outputs. A frame that fails writes no mesh, leaves an older one as it
-/// was, and does not keep other frames from being written.
+/// was, and does not keep other frames from being written. If its preview alone fails, its mesh is written.
 ///
 /// After the loss of a worker process, the frames that were in progress then are run first and one at a time, because
 /// one of them may be the cause.
 ///
 /// in      outputs: at least one, from planOutputs()
 ///         history: what earlier workers have done, which the result includes
-/// out     for each output of each frame the mesh, its spheres if it has any, then its manifest. Each file is complete
-///         or absent. If several processes mesh the same frame, one complete set of files wins
+/// out     for each output of each frame the mesh, its spheres if it has any, its manifest, then its preview. Each file
+///         is complete or absent. If several processes mesh the same frame, one complete set of files wins
 /// same    bytes of meshes and spheres for any number of threads and frames in flight
 /// errors  an output folder that cannot be created, before any frame is begun; all other errors are in the results
 JobResult runJob(const std::vector<Plan>& outputs, const JobHistory& history, SignalWatch& signals,

@@ -28,6 +28,7 @@ struct PlanOptions {
 struct Plan {
     Config config;
     std::string config_hash;       ///< see configHash()
+    std::string preview_hash;      ///< see previewHash()
     std::vector<FrameTask> tasks;  ///< ascending frames
     SkinParams skin;               ///< radius is 0 if no frame could be read to measure the spacing
     double spacing = 0;            ///< world units

@@ -187,6 +187,7 @@ Plan withParams(const Config& config) {
     plan.config = config;
     reconcileSurface(plan.config, plan.warnings);
     plan.config_hash = configHash(plan.config);
+    plan.preview_hash = previewHash(plan.config);
     plan.skin = skinParams(plan.config);
     checkSkin(plan.config, plan.warnings);
     if (!config.output.path.empty()) {
@@ -251,14 +252,17 @@ public:
             std::error_code ignored;
             if (options_.skip_existing && fs::exists(task.output, ignored)) planLengths(plan);
             chooseAction(task, input_exists, plan, options_);
-            if (task.action == FrameAction::mesh) task.memory = memoryOfFrame(task.input, input_);
+            const bool draws_particles =
+                task.action == FrameAction::draw && plan.config.preview.show != ShownGeometry::surface;
+            if (task.action == FrameAction::mesh || draws_particles) task.memory = memoryOfFrame(task.input, input_);
             task.near_surface = task.memory > plan.memory_budget || options_.history.kills > 0;
         }
     }
 
     void planMeasures(Plan& plan) {
         const bool any = std::any_of(plan.tasks.begin(), plan.tasks.end(), [](const FrameTask& task) {
-            return task.action == FrameAction::mesh || task.action == FrameAction::draw;
+            return task.action == FrameAction::mesh || task.action == FrameAction::draw ||
+                   (task.action == FrameAction::write_empty && !task.preview.empty());
         });
         if (!any) return;
         if (options_.measure || (isLevelSet(plan.config) && !plan.config.output.voxel.in_spacings)) planLengths(plan);

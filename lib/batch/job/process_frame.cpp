@@ -52,15 +52,15 @@ void remark(const FrameInput& liquid, const Plan& plan, FrameResult& result, Job
     }
 }
 
-/// The bytes of the preview of a frame; empty if the plan has none.
-std::string previewOf(const FrameTask& task, const Plan& plan, const SkinnedFrame& skinned,
+bool showsParticles(const Plan& plan) { return plan.config.preview.show != ShownGeometry::surface; }
+
+/// The bytes of the preview of a frame. The plan has one.
+std::string previewOf(const FrameTask& task, const Plan& plan, const Mesh& mesh, const Spheres& spheres,
                       const Particles& particles) {
-    if (!plan.preview) return {};
-    const RenderPlan& preview = *plan.preview;
-    const bool balls = plan.config.preview.show != ShownGeometry::surface;
+    const RenderPlan& preview = plan.preview.value();
     const Picture picture =
-        balls ? renderFrame({}, ballsAround(particles, preview.balls), preview.camera, preview.settings)
-              : renderFrame(skinned.mesh, skinned.spheres, preview.camera, preview.settings);
+        showsParticles(plan) ? renderFrame({}, ballsAround(particles, preview.balls), preview.camera, preview.settings)
+                             : renderFrame(mesh, spheres, preview.camera, preview.settings);
     return encodePicture(picture, task.preview);
 }
 
@@ -85,24 +85,25 @@ void hintAtPlane(const Particles& particles, const Plan& plan, const FrameResult
 
 /// Records a written file with its size, by which a later run tells whether it is still intact.
 void recordFile(const fs::path& file, const FrameTask& task, Provenance& provenance) {
-    const fs::path name = file.lexically_relative(fs::path(task.output).parent_path());
-    provenance.files[name.string()] = fileFingerprint(file.string()).bytes;
+    provenance.files[listedName(file.string(), task.output)] = fileFingerprint(file.string()).bytes;
 }
 
 /// What is written for an output.
 struct Surface {
     Spheres spheres;
-    std::string preview;  ///< bytes of the preview file; empty: none
     std::function<void()> write;
+    std::function<std::string()> draw;  ///< the bytes of the preview file
 };
 
 /// The mesh of no particles.
 Surface emptySurface(const FrameTask& task, const Plan& plan, Mesh mesh, JobState& job) {
     if (plan.skin.components) mesh.component.emplace();
     putFirst(job.columnsOf(plan), mesh.attributes);
-    return {{}, previewOf(task, plan, {}, {}), [empty = std::make_shared<Mesh>(std::move(mesh)), &task, &plan] {
+    return {{},
+            [empty = std::make_shared<Mesh>(std::move(mesh)), &task, &plan] {
                 writeMesh(task.output, *empty, writeOptions(plan.config.output, task.frame));
-            }};
+            },
+            [&task, &plan] { return previewOf(task, plan, {}, {}, {}); }};
 }
 
 /// A mesh; empty if the input is missing.
@@ -120,8 +121,6 @@ Surface surfaceOf(SharedFrame& frame, const FrameInput& liquid, const FrameTask&
     }
     if (skinned.mesh.triangles.empty() && plan.skin.box)
         warnOf("the mesh is empty: no part of the surface is inside surface.box (--surface-box)", task.output, result);
-    std::string preview = previewOf(task, plan, skinned, liquid.particles);
-    watch(Stage::picture);
     const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &result] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread
@@ -138,7 +137,10 @@ Surface surfaceOf(SharedFrame& frame, const FrameInput& liquid, const FrameTask&
         on_disk.get();
         if (!warned.empty()) warnOf(warned, task.output, result);
     };
-    return {skinned.spheres, std::move(preview), write};
+    const auto draw = [&skinned, &liquid, &task, &plan] {
+        return previewOf(task, plan, skinned.mesh, skinned.spheres, liquid.particles);
+    };
+    return {skinned.spheres, write, draw};
 }
 
 /// Curves in two dimensions.
@@ -151,10 +153,10 @@ Surface planarSurfaceOf(const FrameInput& liquid, const FrameTask& task, const P
     result.plane = {plane->report, measureCurves(plane->curves), plane->curves.edges.size()};
     result.vertices = plane->curves.position.size();
     watch(Stage::measure);
-    return {toSpace(plane->spheres, flat->plane), {}, [=, &task, &plan] {
-                writePlane(task.output, *plane, *flat, skinOf(plan), plan.config,
-                           writeOptions(plan.config.output, task.frame));
-            }};
+    const auto write = [=, &task, &plan] {
+        writePlane(task.output, *plane, *flat, skinOf(plan), plan.config, writeOptions(plan.config.output, task.frame));
+    };
+    return {toSpace(plane->spheres, flat->plane), write, {}};  // there are no previews in two dimensions
 }
 
 /// A manifest beside a mesh means that the frame is complete: it is removed first, and the caller writes it last.
@@ -174,15 +176,42 @@ void writeFrame(const FrameTask& task, const Surface& surface, const Config& con
             "is kept, as no earlier run of this output wrote it, although render and check take it for the spheres of "
             "this mesh. Move it",
             file, result);
-    if (!surface.preview.empty()) writeFile(task.preview, surface.preview);
 }
 
-/// Makes an output of a frame: the mesh, its spheres, its preview, its manifest.
+void writeManifest(const FrameTask& task, const Config& config, const std::string& json) {
+    retrying(config.run.retries, [&] { writeFile(manifestPath(task.output), json + '\n'); });
+}
+
+/// Draws and writes the preview of a mesh that is complete, and records it in the provenance.
+///
+/// errors  what keeps the preview from being made; the message names its file
+void writePreview(const FrameTask& task, const Plan& plan, const std::function<std::string()>& draw, StageWatch& watch,
+                  Provenance& provenance, JobState& job) {
+    try {
+        const std::string picture = draw();
+        watch(Stage::picture);
+        const SignalWatch::Writing writing(job.signals);
+        retrying(plan.config.run.retries, [&] { writeFile(task.preview, picture); });
+        recordFile(task.preview, task, provenance);
+        provenance.preview_hash = plan.preview_hash;
+        watch(Stage::write);
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        std::string why = error.what();
+        if (why.find(task.preview) == std::string::npos) why = task.preview + ": " + why;
+        if (why.ends_with('.')) why.pop_back();
+        throw Error(why + ". The mesh " + task.output + " is complete; --skip-existing makes the preview alone");
+    }
+}
+
+/// Makes an output of a frame: the mesh, its spheres, its manifest; then its preview, whose failure leaves the others.
 void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameResult& result, JobState& job) {
     const Config& config = plan.config;
     const bool planar = config.surface.dimension == 2;
     result.provenance = {version(),
                          plan.config_hash,
+                         {},
                          result.radius,
                          result.spacing,
                          {},
@@ -216,35 +245,52 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
     result.status = liquid->particles.size() > 0 ? FrameStatus::ok : FrameStatus::empty;
 
     const FrameLock lock(task.output, leaveIfInterrupted);
-    const SignalWatch::Writing writing(job.signals);
-    retrying(config.run.retries, [&] { writeFrame(task, surface, config, result); });
-    recordFile(task.output, task, *result.provenance);
-    if (result.spheres > 0) recordFile(spheresPath(task.output), task, *result.provenance);
-    if (!surface.preview.empty()) recordFile(task.preview, task, *result.provenance);
-    watch(Stage::write);
-    result.seconds.total = total.lap();
+    {
+        const SignalWatch::Writing writing(job.signals);
+        retrying(config.run.retries, [&] { writeFrame(task, surface, config, result); });
+        recordFile(task.output, task, *result.provenance);
+        if (result.spheres > 0) recordFile(spheresPath(task.output), task, *result.provenance);
+        watch(Stage::write);
+        result.seconds.total = total.lap();
+        result.peak_bytes = peakMemory();
+        writeManifest(task, config, manifestJson(result));
+    }
+    if (!plan.preview || task.preview.empty()) return;
+    writePreview(task, plan, surface.draw, watch, *result.provenance, job);
+    result.seconds.total += total.lap();
     result.peak_bytes = peakMemory();
-    retrying(config.run.retries, [&] { writeFile(manifestPath(task.output), manifestJson(result) + '\n'); });
+    writeManifest(task, config, manifestJson(result));
 }
 
-/// Renders the preview of a mesh on disk.
-void drawOutput(const FrameTask& task, const Plan& plan, FrameResult& result, JobState& job) {
-    if (const auto manifest = readManifest(manifestPath(task.output))) result.skin = manifest->skin;
+/// Makes the preview of a mesh on disk.
+void drawOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, FrameResult& result, JobState& job) {
+    const auto manifest = readManifest(manifestPath(task.output));
+    if (!manifest || !manifest->provenance)
+        throw Error(manifestPath(task.output) + ": no longer exists. Run the job again");
+    result.skin = manifest->skin;
+    Provenance provenance = *manifest->provenance;
     Stopwatch total;
     StageWatch watch(result.seconds);
     FrameGeometry geometry;
-    retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, {}); });
+    const Particles* particles = nullptr;
+    if (showsParticles(plan)) {
+        particles = &frame.liquid(task, plan).particles;
+        result.vertices = manifest->vertices;
+        result.triangles = manifest->triangles;
+        result.spheres = manifest->spheres;
+    } else {
+        retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, {}); });
+        result.vertices = geometry.mesh.position.size();
+        result.triangles = geometry.mesh.triangles.size();
+        result.spheres = geometry.spheres.size();
+    }
     watch(Stage::read);
-    result.vertices = geometry.mesh.position.size();
-    result.triangles = geometry.mesh.triangles.size();
-    result.spheres = geometry.spheres.size();
-    const SkinnedFrame skinned{std::move(geometry.mesh), std::move(geometry.spheres), {}};
-    const std::string preview = previewOf(task, plan, skinned, {});
-    watch(Stage::picture);
     const FrameLock lock(task.output, leaveIfInterrupted);
-    const SignalWatch::Writing writing(job.signals);
-    retrying(plan.config.run.retries, [&] { writeFile(task.preview, preview); });
-    watch(Stage::write);
+    const auto draw = [&] {
+        return previewOf(task, plan, geometry.mesh, geometry.spheres, particles != nullptr ? *particles : Particles{});
+    };
+    writePreview(task, plan, draw, watch, provenance, job);
+    writeManifest(task, plan.config, manifestWith(provenance, manifestPath(task.output)));
     result.seconds.total = total.lap();
 }
 
@@ -311,7 +357,7 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
         case FrameAction::write_empty:
             try {
                 if (task.action == FrameAction::draw)
-                    drawOutput(task, plan, result, job);
+                    drawOutput(frame, task, plan, result, job);
                 else
                     meshOutput(frame, task, plan, result, job);
             } catch (const std::bad_alloc&) {

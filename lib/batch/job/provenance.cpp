@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <system_error>
@@ -49,21 +50,39 @@ std::string contentHash(const std::string& file) {
     return hexDigits(digester.value());
 }
 
+/// The hash of the values of some keys.
+template <typename IsWanted>
+std::string hashOfKeys(const Config& config, const IsWanted& isWanted) {
+    std::string text;
+    for (const ConfigKey& key : configKeys())
+        if (isWanted(key)) text += key.path + '=' + key.get(config) + '\n';
+    return hashOf(text);
+}
+
 }  // namespace
 
 std::string hashOf(std::string_view bytes) { return hexDigits(digestOf(std::as_bytes(std::span(bytes)))); }
 
 std::string configHash(const Config& config) {
-    const auto isIrrelevant = [&](const ConfigKey& key) {
-        return key.path.starts_with("run.") || key.path == "frames" || key.path == "preset" ||
-               key.path == "input.path" || key.path == "output.path" || key.path == "preview.path" ||
-               (key.path.starts_with("preview.") && config.preview.path.empty()) ||
-               (key.path.starts_with("perturbation.") && config.surface.predicates == PredicateKind::exact);
-    };
-    std::string text;
-    for (const ConfigKey& key : configKeys())
-        if (!isIrrelevant(key)) text += key.path + '=' + key.get(config) + '\n';
-    return hashOf(text);
+    return hashOfKeys(config, [&](const ConfigKey& key) {
+        const bool is_irrelevant = key.path.starts_with("run.") || key.path.starts_with("preview.") ||
+                                   key.path == "frames" || key.path == "preset" || key.path == "input.path" ||
+                                   key.path == "output.path";
+        const bool is_unused =
+            key.path.starts_with("perturbation.") && config.surface.predicates == PredicateKind::exact;
+        return !is_irrelevant && !is_unused;
+    });
+}
+
+std::string previewHash(const Config& config) {
+    return hashOfKeys(
+        config, [](const ConfigKey& key) { return key.path.starts_with("preview.") && key.path != "preview.path"; });
+}
+
+std::string listedName(const std::string& file, const std::string& output) {
+    const std::filesystem::path name =
+        std::filesystem::path(file).lexically_relative(std::filesystem::path(output).parent_path());
+    return name.empty() ? std::filesystem::absolute(file).lexically_normal().string() : name.string();
 }
 
 FileFingerprint fileFingerprint(const std::string& file) {

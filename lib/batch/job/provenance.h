@@ -28,6 +28,7 @@ struct FileIdentity {
 struct Provenance {
     std::string version;                ///< of the program
     std::string config_hash;            ///< see configHash()
+    std::string preview_hash;           ///< see previewHash(); empty: the mesh has no preview
     double radius = 0;                  ///< world units, after measuring the spacing
     double spacing = 0;                 ///< world units
     std::optional<FileIdentity> input;  ///< nullopt: the input was missing and an empty mesh was written
@@ -40,8 +41,15 @@ struct Provenance {
 /// A 128 bit hash in hexadecimal digits. Not secure against forgery.
 std::string hashOf(std::string_view bytes);
 
-/// The hash of every key that can affect a mesh or its preview: not of paths, frames and how the job runs.
+/// The hash of every key that can affect a mesh: not of paths, frames, previews and how the job runs.
 std::string configHash(const Config& config);
+
+/// The hash of every key of previews; of those of the mesh that they show see configHash().
+std::string previewHash(const Config& config);
+
+/// The name of a file in Provenance::files: its path from the folder of the output, or its absolute path if there is no
+/// way from one to the other because only one of them is absolute.
+std::string listedName(const std::string& file, const std::string& output);
 
 /// errors  a file that cannot be accessed
 FileFingerprint fileFingerprint(const std::string& file);

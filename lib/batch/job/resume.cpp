@@ -7,6 +7,7 @@
 #include "betamesh/version.h"
 #include "io/extension.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <system_error>
 
@@ -31,11 +32,28 @@ std::string existingFile(const FrameTask& task) {
     return "";
 }
 
-/// Whether the preview can be rendered from the files of the frame. They hold all that it shows.
-bool canRedraw(const FrameTask& task, const Config& config) {
-    return config.preview.show == ShownGeometry::surface && config.output.up_axis == UpAxis::y &&
-           canHold(task.output, FileKind::mesh, Access::read) &&
+/// Whether the preview can be rendered without making the mesh again: from the particles, or from the files of the
+/// frame, if they hold all that it shows.
+bool canRedraw(const FrameTask& task, bool input_exists, const Config& config) {
+    if (config.preview.show != ShownGeometry::surface) return input_exists;
+    return config.output.up_axis == UpAxis::y && canHold(task.output, FileKind::mesh, Access::read) &&
            lossesOf(task.output, FileKind::mesh, {true, true, false}).empty();
+}
+
+/// Whether a file that a manifest lists has its size.
+bool isIntact(const fs::path& folder, const std::string& name, std::uint64_t bytes) {
+    std::error_code error;
+    return fs::file_size(folder / name, error) == bytes && !error;
+}
+
+/// Why the preview of a frame whose mesh is up to date is not; empty: it is, or there is to be none.
+std::string whyRedraw(const FrameTask& task, const Provenance& provenance, const Plan& plan) {
+    if (task.preview.empty()) return "";
+    const std::string name = listedName(task.preview, task.output);
+    const auto listed = provenance.files.find(name);
+    if (listed == provenance.files.end() || !isIntact(fs::path(task.output).parent_path(), name, listed->second))
+        return name + " is missing or was changed";
+    return provenance.preview_hash == plan.preview_hash ? "" : "other settings of previews";
 }
 
 }  // namespace
@@ -57,18 +75,15 @@ Staleness stalenessOf(const FrameTask& task, bool input_exists, const Plan& plan
     if (provenance.local_origin != worldOrigin(plan.config.input, plan.config.output.up_axis))
         return {"other local origin"};
     const fs::path folder = fs::path(task.output).parent_path();
-    std::string changed, preview;
     for (const auto& [name, bytes] : provenance.files) {
-        std::error_code error;
-        if (fs::file_size(folder / name, error) == bytes && !error) continue;
-        const bool is_preview =
-            !task.preview.empty() && fs::path(name) == fs::path(task.preview).lexically_relative(folder);
-        (is_preview ? preview : changed) = name + " is missing or was changed";
+        const bool is_of_mesh = name == fs::path(task.output).filename().string() ||
+                                name == fs::path(spheresPath(task.output)).filename().string();
+        if (is_of_mesh && !isIntact(folder, name, bytes)) return {name + " is missing or was changed"};
     }
-    if (!changed.empty()) return {changed};
     if (plan.config.input.is_one_file && manifest->frame != task.frame) return {"other frame"};
     if (input_exists && !(provenance.input && isSame(task.input, *provenance.input))) return {"other input"};
-    return {preview, !preview.empty()};
+    const std::string why = whyRedraw(task, provenance, plan);
+    return {why, !why.empty()};
 }
 
 void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const PlanOptions& options) {
@@ -83,7 +98,7 @@ void chooseAction(FrameTask& task, bool input_exists, const Plan& plan, const Pl
     if (output_exists && options.skip_existing) {
         const Staleness stale = stalenessOf(task, input_exists, plan);
         task.why = stale.why;
-        const bool redraw = stale.only_preview && canRedraw(task, config);
+        const bool redraw = stale.only_preview && canRedraw(task, input_exists, config);
         task.action = redraw ? FrameAction::draw : FrameAction::skip_existing;
         if (stale.why.empty() || redraw) return;
     }

@@ -8,7 +8,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -59,6 +58,7 @@ Provenance provenanceFrom(const Json& json) {
     Provenance provenance;
     from.at("version").get_to(provenance.version);
     from.at("configuration").get_to(provenance.config_hash);
+    provenance.preview_hash = from.value("preview", "");
     json.at("radius").get_to(provenance.radius);
     json.at("spacing").get_to(provenance.spacing);
     if (const Json& input = from.at("input"); !input.is_null()) {
@@ -81,6 +81,7 @@ Json provenanceJson(const Provenance& provenance) {
     Json json;
     json["version"] = provenance.version;
     json["configuration"] = provenance.config_hash;
+    if (!provenance.preview_hash.empty()) json["preview"] = provenance.preview_hash;
     json["input"] = nullptr;
     if (provenance.input)
         json["input"] = {{"bytes", provenance.input->fingerprint.bytes},
@@ -295,6 +296,13 @@ std::string manifestJson(const FrameResult& result) {
     return oneLine(json);
 }
 
+std::string manifestWith(const Provenance& provenance, const std::filesystem::path& manifest) {
+    std::ifstream in(manifest);
+    Json json = Json::parse(in, nullptr, false);
+    if (json.is_object()) json["origin"] = provenanceJson(provenance);
+    return oneLine(json);
+}
+
 std::string progressJson(const JobProgress& progress) {
     return oneLine({{"frames", progress.frames},
                     {"ended", progress.ended},
@@ -450,17 +458,6 @@ std::string checkJson(const CheckReport& report) {
         }
     }
     return oneLine(json);
-}
-
-double CoherenceReport::expectedAt(const JumpSite& place) const {
-    const double displacement = particles ? particles->max : 0;
-    return place.events.empty() ? displacement : std::sqrt(displacement * radius);
-}
-
-double CoherenceReport::largestExpectedRatio() const {
-    double largest = 0;
-    for (const JumpSite& place : places) largest = std::max(largest, place.jump / expectedAt(place));
-    return largest;
 }
 
 std::string coherenceJson(const CoherenceReport& report) {

@@ -76,6 +76,9 @@ struct FrameResult {
 /// The JSON of a frame, for its manifest and for --json. One line without a line break, as from all functions below.
 std::string manifestJson(const FrameResult& result);
 
+/// The JSON of a manifest on disk with another provenance.
+std::string manifestWith(const Provenance& provenance, const std::filesystem::path& manifest);
+
 /// Progress of a job.
 struct JobProgress {
     std::size_t frames = 0, ended = 0, failed = 0;
