@@ -1,5 +1,6 @@
 #include "batch/farm/farm.h"
 #include "batch/job/distinct_files.h"
+#include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/plan.h"
 #include "batch/report/log.h"
@@ -56,18 +57,20 @@ std::vector<Plan> plansOf(const Config& config) {
 /// without --frames.
 std::vector<std::string> reportCommand(const SubmitArguments& arguments, const FarmJob& job,
                                        const std::vector<Plan>& plans) {
-    const fs::path page = arguments.report.empty()
-                              ? fs::path(plans.front().config.output.path).parent_path() / (job.name + ".html")
-                              : fs::path(arguments.report);
+    const fs::path page =
+        arguments.report.empty()
+            ? fs::path(withVariables(plans.front().config.output.path)).parent_path() / (job.name + ".html")
+            : fs::path(arguments.report);
     std::vector<std::string> words{job.run.front(), "report"};
     for (const Plan& plan : plans) words.push_back(manifestPath(plan.config.output.path));
     words.insert(words.end(), {"-o", page.string()});
     return words;
 }
 
-/// Memory to request for each task in bytes; 0 if it cannot be estimated.
+/// Memory to request for each task in bytes; 0 if it cannot be estimated, as for inputs that do not exist yet.
 std::uint64_t taskMemory(const Config& config, const std::vector<Plan>& plans) {
     if (config.run.memory_limit > 0) return config.run.memory_limit + kProgramMemory;
+    if (withoutInput(plans.front().tasks) > 0) return 0;
     std::uint64_t largest = 0;
     for (const Plan& plan : plans)
         for (const FrameTask& task : plan.tasks) largest = std::max(largest, task.memory);
@@ -116,10 +119,42 @@ void warnOfAbsolutePaths(const SubmitArguments& arguments, const std::vector<Pla
                    "paths relative to the current folder.");
 }
 
+/// errors  frames that are to be found on disk, where there are none yet
+void requireFrames(const Config& config) {
+    if (config.frames != "all" || config.input.path.empty()) return;
+    const FramePattern input = inputPattern(config.input.path);
+    if (input.numbered && framesOnDisk(input).empty())
+        throw Error("'" + input.text +
+                    "': no frame is on disk yet. Name the frames that the simulation is going to write with --frames, "
+                    "as in --frames 1-240, or with frames in the pipeline file");
+}
+
+/// Says which frames are submitted if only those on disk are, and what is not known about frames without input.
+void noteFrames(const SubmitArguments& arguments, const Config& config, const std::vector<FrameTask>& tasks) {
+    if (config.frames == "all" && inputPattern(config.input.path).numbered) {
+        std::vector<int> frames;
+        for (const FrameTask& task : tasks) frames.push_back(task.frame);
+        logInfo("the frames on disk are submitted: " + printFrames(frames) +
+                ". Name frames that do not exist yet with --frames");
+    }
+    const std::size_t missing = withoutInput(tasks);
+    if (missing == 0) return;
+    std::string unknown = arguments.chunk_size > 0 ? "" : "how long they take";
+    std::string advice = arguments.chunk_size > 0 ? "" : "frames per task with --chunk-size";
+    if (config.run.memory_limit == 0) {
+        unknown += std::string(unknown.empty() ? "" : " and ") + "how much memory they need";
+        advice += std::string(advice.empty() ? "" : ", and ") + "memory with --set run.memory_limit=16GiB";
+    }
+    logInfo(std::to_string(missing) + " of " + std::to_string(tasks.size()) + " frames have no input yet" +
+            (unknown.empty() ? "" : ": " + unknown + " is not known. Give " + advice));
+}
+
 FarmJob farmJob(const SubmitArguments& arguments, Farm farm) {
     Config config = readConfig(arguments.pipeline, keyValuesOf(arguments.assignments));
     if (!arguments.frames.empty()) setConfigKey(config, "frames", arguments.frames, "--frames");
+    requireFrames(config);
     const std::vector<Plan> plans = plansOf(config);
+    noteFrames(arguments, config, plans.front().tasks);
     if (farm == Farm::deadline_cloud) warnOfAbsolutePaths(arguments, plans);
 
     FarmJob job;
@@ -136,8 +171,8 @@ FarmJob farmJob(const SubmitArguments& arguments, Farm farm) {
     job.memory = taskMemory(config, plans);
     job.chunks = chunksOf(arguments, job, plans.front(), farm);
     if (arguments.chunk_size > 0) job.task_seconds = 0;
-    job.longest_task_seconds =
-        longestSeconds(plans.front().tasks, job.chunks, job.threads) * static_cast<double>(plans.size());
+    job.longest_task_seconds = longestSeconds(plans.front().tasks, job.chunks, job.threads, arguments.minutes * 60) *
+                               static_cast<double>(plans.size());
     setFiles(job, config, plans);
     return job;
 }
@@ -249,7 +284,10 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
     command->add_option("PIPELINE", arguments->pipeline, "The pipeline file (.yaml).")->required();
     command->add_option("--to", arguments->farm, "The farm engine.")->type_name(farmNames("|"))->required();
     command->add_flag("--print", arguments->print, "Print what would be submitted or written, and do neither.");
-    command->add_option("--frames", arguments->frames, "Frames to process, as for `betamesh run`.")
+    command
+        ->add_option("--frames", arguments->frames,
+                     "Frames to process, as for `betamesh run`. Their inputs need not exist yet. Without it, those of "
+                     "the pipeline file, or all on disk.")
         ->type_name("FRAMES");
     command->add_option("--set", arguments->assignments, "Set any key, as for `betamesh run`.")
         ->type_name("KEY=VALUE")
@@ -258,7 +296,8 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
         ->take_all();
     command
         ->add_option("--task-minutes", arguments->minutes,
-                     "Intended duration of a task in minutes, estimated from the sizes of the inputs.")
+                     "Intended duration of a task in minutes, estimated from the sizes of the inputs. A frame without "
+                     "input yet is a task of its own.")
         ->type_name("M")
         ->capture_default_str()
         ->check(numberAboveZero());

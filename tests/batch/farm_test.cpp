@@ -10,6 +10,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <map>
 #include <regex>
@@ -59,6 +61,31 @@ TEST(Farm, ChunksContainEveryFrameOnceInOrderAndCostAboutTheSame) {
         EXPECT_EQ(equal.size(), (tasks.size() + most - 1) / most);
         EXPECT_EQ(equal.front().front(), tasks.front().frame);
         EXPECT_EQ(equal.back().back(), tasks.back().frame);
+    }
+}
+
+TEST(Farm, FramesWithoutInputAreTasksOfTheirOwnWhereTheyMayBe) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        std::vector<FrameTask> tasks = tasksOf(1 + random.below(300), seed);
+        constexpr std::array kMissing{FrameAction::fail_missing, FrameAction::skip_missing, FrameAction::write_empty};
+        std::set<int> missing;
+        for (FrameTask& task : tasks) {
+            if (seed % 2 == 0 && random.below(2) == 0) continue;
+            task.action = kMissing[random.below(3)];
+            task.memory = 0;
+            missing.insert(task.frame);
+        }
+        EXPECT_EQ(withoutInput(tasks), missing.size());
+        const auto chunks = chunksOfEqualCost(tasks, 4, 1e6, tasks.size());
+        if (seed % 2 == 1) {
+            EXPECT_EQ(chunks.size(), tasks.size());
+        }
+        for (const auto& chunk : chunks)
+            EXPECT_LE(std::ranges::count_if(chunk, [&](int frame) { return missing.contains(frame); }), 2);
+        const std::size_t most = 1 + random.below(20);
+        EXPECT_LE(chunksOfEqualCost(tasks, 4, 1e6, most).size(), most);
     }
 }
 
@@ -439,6 +466,30 @@ TEST_F(Submit, TheSlurmScriptMeshesTheChunkOfItsTask) {
     EXPECT_TRUE(absent(2) && written(3) && written(4) && absent(5));
     EXPECT_EQ(shell("SLURM_ARRAY_TASK_ID=3 bash " + folder_ / "array.sh"), 0);
     EXPECT_TRUE(written(5));
+}
+
+TEST_F(Submit, FramesOfASimulationThatIsStillToRunAreAllSubmitted) {
+    for (const int on_disk : {5, 1, 0}) {
+        SCOPED_TRACE(on_disk);
+        for (int frame = on_disk + 1; frame <= 5; ++frame) fs::remove(folder_ / numbered("in/a", frame, ".ply"));
+        const auto printed = [&](const std::vector<std::string>& further) {
+            std::vector<std::string> words{"submit", "my job.yaml", "--to", "slurm", "--print"};
+            words.insert(words.end(), further.begin(), further.end());
+            return runProgram(words, folder_.path());
+        };
+        const Outcome named = printed({"--frames", "1-240"});
+        EXPECT_EQ(named.exit_code, 0) << named.err;
+        EXPECT_NE(named.out.find("#SBATCH --array=1-2" + std::string(on_disk == 5 ? "36" : "40")), std::string::npos)
+            << named.out.substr(0, 300);
+        EXPECT_EQ(count(named.out, "#SBATCH --mem="), 1U) << "of the report";
+        EXPECT_NE(named.err.find(std::to_string(240 - on_disk) + " of 240 frames have no input yet"), std::string::npos)
+            << named.err;
+        EXPECT_EQ(count(printed({"--frames", "1-240", "--set", "run.memory_limit=1GiB"}).out, "#SBATCH --mem="), 2U);
+        EXPECT_NE(printed({"--frames", "1-240", "--chunk-size", "10"}).out.find("--array=1-24\n"), std::string::npos);
+        const Outcome unnamed = printed({});
+        EXPECT_EQ(unnamed.exit_code, on_disk > 0 ? 0 : 2);
+        EXPECT_NE(unnamed.err.find("with --frames"), std::string::npos) << unnamed.err;
+    }
 }
 
 TEST_F(Submit, OptionsAfterTwoDashesReplaceDefaultsOfSlurm) {

@@ -25,8 +25,14 @@ constexpr std::array<std::pair<std::string_view, Farm>, 6> kFarms{{{"slurm", Far
                                                                    {"deadline", Farm::deadline},
                                                                    {"tractor", Farm::tractor}}};
 
-/// The estimated duration of a frame.
-double secondsOf(const FrameTask& task, int threads) {
+bool hasNoInput(const FrameTask& task) {
+    return task.action == FrameAction::fail_missing || task.action == FrameAction::skip_missing ||
+           task.action == FrameAction::write_empty;
+}
+
+/// The estimated duration of a frame; `unknown` if its input does not exist yet.
+double secondsOf(const FrameTask& task, int threads, double unknown) {
+    if (hasNoInput(task)) return unknown;
     return static_cast<double>(task.memory) / (kBytesPerSecond * std::max(1, threads)) + kSecondsPerFrame;
 }
 
@@ -87,7 +93,7 @@ std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& ta
                                                 std::size_t max_chunks) {
     std::vector<double> end_seconds;  // estimated time at which each frame ends if all run one after the other
     for (const FrameTask& task : tasks)
-        end_seconds.push_back((end_seconds.empty() ? 0 : end_seconds.back()) + secondsOf(task, threads));
+        end_seconds.push_back((end_seconds.empty() ? 0 : end_seconds.back()) + secondsOf(task, threads, seconds));
     const double wanted = std::ceil(end_seconds.back() / seconds);
     const std::size_t count =
         static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(std::min(max_chunks, tasks.size()))));
@@ -103,13 +109,18 @@ std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& ta
     return chunks;
 }
 
-double longestSeconds(const std::vector<FrameTask>& tasks, const std::vector<std::vector<int>>& chunks, int threads) {
+std::size_t withoutInput(const std::vector<FrameTask>& tasks) {
+    return static_cast<std::size_t>(std::count_if(tasks.begin(), tasks.end(), hasNoInput));
+}
+
+double longestSeconds(const std::vector<FrameTask>& tasks, const std::vector<std::vector<int>>& chunks, int threads,
+                      double seconds) {
     double longest = 0;
     auto task = tasks.begin();
     for (const auto& chunk : chunks) {
-        double seconds = 0;
-        for (std::size_t i = 0; i < chunk.size(); ++i) seconds += secondsOf(*task++, threads);
-        longest = std::max(longest, seconds);
+        double of_chunk = 0;
+        for (std::size_t i = 0; i < chunk.size(); ++i) of_chunk += secondsOf(*task++, threads, seconds);
+        longest = std::max(longest, of_chunk);
     }
     return longest;
 }

@@ -22,7 +22,8 @@ Farm farmNamed(std::string_view name);
 std::string farmNames(std::string_view separator);
 
 /// Divides the frames into contiguous chunks that take about equally long. Durations are estimated from the sizes of
-/// the input files.
+/// the input files. A frame whose input does not exist yet may take as long as a whole chunk, and gets one of its own
+/// where there may be so many.
 ///
 /// in      tasks: ascending frames, at least one
 ///         seconds: intended duration of a chunk
@@ -30,8 +31,14 @@ std::string farmNames(std::string_view separator);
 std::vector<std::vector<int>> chunksOfEqualCost(const std::vector<FrameTask>& tasks, int threads, double seconds,
                                                 std::size_t max_chunks);
 
+/// The number of tasks whose inputs do not exist yet. How long they take and how much memory they need is not known.
+std::size_t withoutInput(const std::vector<FrameTask>& tasks);
+
 /// The estimated duration of the longest of these chunks of the tasks.
-double longestSeconds(const std::vector<FrameTask>& tasks, const std::vector<std::vector<int>>& chunks, int threads);
+///
+/// in      seconds: estimated duration of a frame whose input does not exist yet
+double longestSeconds(const std::vector<FrameTask>& tasks, const std::vector<std::vector<int>>& chunks, int threads,
+                      double seconds);
 
 /// Divides the frames into contiguous chunks of `frames` frames each; the last chunk may have fewer.
 std::vector<std::vector<int>> chunksOfSize(const std::vector<FrameTask>& tasks, std::size_t frames);
