@@ -79,6 +79,24 @@ TEST_F(Job, SetOverridesThePipelineFileAndOptionsOverrideSet) {
     EXPECT_EQ(radiusOf({"--radius", "0.2", "--set", "surface.radius=0.3"}), 0.2);
 }
 
+TEST_F(Job, PathsOfAPipelineMayBeginInTheHomeFolder) {
+    writeFrames(1, 2);
+    write(folder_ / "base.yaml", "version: 1\npreview: {width: 64, height: 36, samples: 1}\n");
+    fs::create_directory(folder_ / "elsewhere");
+    write(folder_ / "elsewhere/job.yaml",
+          "version: 1\ninclude: ~/base.yaml\ninput: {path: ~/in/a.####.ply}\noutput: {path: ~/out/a.####.ply}\n"
+          "preview: {path: ~/look/a.####.png}\n");
+    const std::vector<std::string> home{"HOME=" + folder_.path().string()};
+    const Outcome outcome = runProgram({"run", "job.yaml"}, folder_ / "elsewhere", home);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(written(1) && written(2) && exists("look/a.0002.png"));
+    EXPECT_FALSE(exists("elsewhere/~"));
+    const Outcome planned = runProgram({"submit", "job.yaml", "--to", "tractor"}, folder_ / "elsewhere", home);
+    EXPECT_NE(planned.out.find("{-o} {" + (folder_ / "out/job.html")), std::string::npos) << planned.out;
+    write(folder_ / "job.yaml", "version: 1\ninput: {path: ~other/a.ply}\noutput: {path: a.ply}\n");
+    EXPECT_EQ(runProgram({"run", "job.yaml"}, folder_.path()).exit_code, 2);
+}
+
 TEST_F(Job, AnInvalidPipelineFileRunsNothing) {
     writeFrames(1, 1);
     write(folder_ / "job.yaml",

@@ -151,6 +151,21 @@ TEST(FramePattern, ReplacesVariablesOfTheEnvironment) {
     EXPECT_THROW(framePattern("${BETAMESH_NONE}.####.ply"), Error);
 }
 
+TEST(FramePattern, BeginsInTheHomeFolderAfterATilde) {
+    const char* const known = std::getenv("HOME");
+    const std::string before = known == nullptr ? "" : known;
+    ::setenv("HOME", "/home/somebody", 1);
+    EXPECT_EQ(withVariables("~/sim/a.####.vdb"), "/home/somebody/sim/a.####.vdb");
+    EXPECT_EQ(withVariables("~"), "/home/somebody");
+    EXPECT_EQ(frameName(framePattern("~/a.####.ply"), 3), "/home/somebody/a.0003.ply");
+    for (const char* plain : {"./~/a.ply", "a/~/b.ply", "~a.ply", "a~", " ~/a.ply"})
+        EXPECT_EQ(withVariables(plain), plain);
+    EXPECT_THROW(withVariables("~other/a.ply"), Error);
+    ::unsetenv("HOME");
+    EXPECT_THROW(withVariables("~/a.ply"), Error);
+    if (known != nullptr) ::setenv("HOME", before.c_str(), 1);
+}
+
 TEST(FramePattern, FindsOnDiskExactlyTheFilesItWrites) {
     const TemporaryFolder folder;
     const FramePattern pattern = framePattern(folder / "a.####.ply");

@@ -3,6 +3,7 @@
 #include "batch/config/config.h"
 
 #include "batch/config/presets.h"
+#include "batch/job/frames.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"
 
@@ -198,7 +199,7 @@ fs::path includedFile(const YAML::Node& include, const fs::path& file) {
         throw Error(located(file, include.Mark()) + ": include: the value is " + typeName(include) +
                     ". Use a path or a list of paths.");
     }
-    const fs::path name(include.Scalar());
+    const fs::path name(withVariables(include.Scalar()));
     const fs::path beside = file.parent_path() / name;
     for (const fs::path& candidate : {beside, name}) {
         std::error_code ignored;

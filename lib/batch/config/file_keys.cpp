@@ -47,8 +47,8 @@ void addInputKeys(std::vector<ConfigKey>& keys) {
         {"input.path", "", "",
          "Particle files, one per frame. The frame number is written as #### or @@@@ (one digit each), %04d, $F4 or "
          "$F, in names of files and folders; numbers with more digits are written in full. A folder stands for the "
-         "sequence in it. $NAME and ${NAME} are environment variables. A relative path starts in the folder in which "
-         "the command runs."},
+         "sequence in it. $NAME and ${NAME} are environment variables, and ~/ at the beginning is the home folder. A "
+         "relative path starts in the folder in which the command runs."},
         "a path ending in one of " + extensionsFor(FileKind::particles, Access::read) + "; `betamesh run` requires it",
         [](Config& c) -> std::string& { return c.input.path; }, checkInputPath));
     addParticleKeys(keys);

@@ -203,6 +203,16 @@ std::vector<std::string> sequencesIn(const std::string& folder) {
 
 std::string withVariables(std::string_view path) {
     std::string text;
+    const std::size_t slash = path.starts_with('~') ? path.find('/') : std::string_view::npos;
+    if (path == "~" || slash == 1) {
+        const char* home = std::getenv("HOME");
+        if (home == nullptr) throw Error(quoted(path) + ": the environment variable HOME is not set");
+        text = home;
+        path.remove_prefix(1);
+    } else if (slash != std::string_view::npos) {
+        throw Error(quoted(path) + ": only ~/, the home folder, is understood. Write the whole path, or ./" +
+                    std::string(path) + " for a folder of this name");
+    }
     for (std::size_t i = 0; i < path.size();) {
         const bool braces = path.substr(i, 2) == "${";
         std::size_t end = i + (braces ? 2 : 1);
@@ -255,7 +265,8 @@ FramePattern inputPattern(std::string_view path) {
         pattern.parts = {file};
         return pattern;
     };
-    if (fs::is_regular_file(path, ignored)) return singleFile(std::string(path));
+    const bool is_in_home = path == "~" || path.starts_with("~/");
+    if (!is_in_home && fs::is_regular_file(path, ignored)) return singleFile(std::string(path));
     const std::string folder = withVariables(path);
     if (!fs::is_directory(folder, ignored)) return framePattern(path);
     const std::vector<std::string> sequences = sequencesIn(folder);

@@ -23,9 +23,10 @@ struct FramePattern {
     bool numbered = false;           ///< has a placeholder
 };
 
-/// Replaces $NAME and ${NAME} by the environment variable NAME, except for $F and $F4, which are placeholders.
+/// Replaces $NAME and ${NAME} by the environment variable NAME, except for $F and $F4, which are placeholders, and ~/
+/// at the beginning by $HOME/, as shells do.
 ///
-/// errors  a variable that is not set
+/// errors  a variable that is not set; the home folder of another user, ~name/
 std::string withVariables(std::string_view path);
 
 /// The pattern of a path withVariables().
