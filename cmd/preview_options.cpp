@@ -1,12 +1,15 @@
 #include "preview_options.h"
 
+#include "base/lower_case.h"
 #include "base/parallel.h"
 #include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
 #include "batch/job/movie_file.h"
+#include "batch/job/output_files.h"
 #include "batch/job/plan.h"
+#include "batch/job/render_frames.h"
 #include "batch/report/log.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"
@@ -24,6 +27,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <system_error>
 
 namespace betamesh {
@@ -42,6 +46,35 @@ void refuseExisting(const std::vector<std::string>& outputs) {
     for (const std::string& output : outputs)
         if (!output.empty() && exists(output))
             throw Error(output + " already exists. Use --overwrite to replace it or --skip-existing to keep it.");
+}
+
+/// errors  a contact sheet or movie whose name says that it has another format
+void requireFormats(const PreviewOptions& options) {
+    const auto require = [](const std::string& file, const char* extension, const char* what) {
+        if (!file.empty() && lowerCase(fs::path(file).extension().string()) != extension)
+            throw Error(file + ": " + what + " are written as " + extension + ". Use a name that ends in " + extension);
+    };
+    require(options.contact_sheet, ".png", "contact sheets");
+    require(options.movie, ".mp4", "movies");
+}
+
+/// errors  a folder of previews that are going to be written, of the contact sheet or of the movie
+void checkFolders(const PreviewJob& job) {
+    std::set<std::string> folders;
+    for (const PreviewTask& task : job.tasks)
+        for (const std::string& output : task.outputs)
+            if (!task.keep) folders.insert(folderOf(output));
+    for (const std::string& file : {job.options.contact_sheet, job.options.movie})
+        if (!file.empty()) folders.insert(folderOf(file));
+    requireWritableFolders(folders);
+}
+
+void warnOfSheetOptions(const PreviewOptions& options) {
+    const PreviewOptions defaults;
+    const bool given = options.sheet_pictures != defaults.sheet_pictures ||
+                       options.sheet_width != defaults.sheet_width || options.sheet_columns != defaults.sheet_columns;
+    if (given && options.contact_sheet.empty())
+        logWarning("--sheet-pictures, --sheet-width and --sheet-columns have no effect without --contact-sheet");
 }
 
 /// errors  a file that would be both read and written, or written twice
@@ -67,7 +100,7 @@ void writeWhole(const std::string& file, std::string_view bytes) {
 Image readImage(const std::string& file) {
     const Bytes bytes = readWholeFile(file);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return fs::path(file).extension() == ".exr" ? toneMapped(decodeExr(text, file)) : decodePng(text, file);
+    return isExr(file) ? toneMapped(decodeExr(text, file)) : decodePng(text, file);
 }
 
 /// Collects the previews for the contact sheet and the movie.
@@ -172,6 +205,7 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
+    requireFormats(options);
     if (!options.movie.empty()) Movie::requireEncoder();
     std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // instead of the frames of the pipeline
     const auto from_options = keyValuesOf(options.assignments, options.values);
@@ -197,6 +231,8 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     }
     if (!options.skip_existing && !options.overwrite) refuseExisting({options.contact_sheet, options.movie});
     requireDistinctFiles(job);
+    checkFolders(job);
+    warnOfSheetOptions(options);
     return job;
 }
 

@@ -7,6 +7,7 @@
 #include "help.h"
 #include "io/extension.h"
 #include "io/particle_file.h"
+#include "job_options.h"
 #include "preview_options.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
@@ -42,6 +43,37 @@ void hintAtSizes(const Config& config, const std::string& file) {
             logInfo(file + ": the attribute '" + a.name +
                     "' is not used: all balls have the same radius. Use it with --radius-attribute " + a.name +
                     " (surface.radius_attribute)");
+}
+
+/// Why a key has no effect on pictures of meshes, or of particles as balls; empty if it has one.
+std::string whyUnused(const std::string& key, const Config& config, bool shows_balls) {
+    const Config::Preview& preview = config.preview;
+    const ColourBy by = preview.colouring.by;
+    const bool is_direction = key == "preview.azimuth" || key == "preview.elevation";
+    if (is_direction && preview.camera_position) return "the position of the camera is given";
+    if (key == "preview.colour_range" && (by == ColourBy::nothing || by == ColourBy::kind || by == ColourBy::component))
+        return "these colours have no scale (--colour)";
+    if (shows_balls) {
+        if (key == "preview.normals" || key == "preview.wireframe") return "particles are shown as balls";
+        if (key == "preview.colour" && (by == ColourBy::curvature || by == ColourBy::component))
+            return "particles are shown as balls; colour them by velocity, kind or an attribute";
+        if (key == "preview.particle_radius" && preview.show == ShownGeometry::union_)
+            return "the balls of a union have the radius of the surface";
+    } else {
+        if (key == "preview.show" && preview.show != ShownGeometry::surface) return "meshes are shown as surfaces";
+        if (key == "preview.particle_radius" || key.starts_with("surface.") || key.starts_with("input."))
+            return "it is for particles, and these files are meshes";
+    }
+    for (const char* section : {"output.", "smoothing.", "features.", "perturbation.", "picture."})
+        if (key.starts_with(section)) return "pictures of files do not depend on it";
+    return "";
+}
+
+/// Warns of options that change nothing.
+void warnOfUnused(const PreviewJob& job, bool shows_balls) {
+    for (const KeyValue& given : keyValuesOf(job.options.assignments, job.options.values))
+        if (const std::string why = whyUnused(given.path, job.config, shows_balls); !why.empty())
+            logWarning(given.where + " has no effect: " + why);
 }
 
 bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty() && subject.spheres.size() == 0; }
@@ -83,6 +115,8 @@ int render(const PreviewJob& job, const PreviewWorker& worker) {
     config.input.origin = resolvedLocalOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
     const ParticleBalls balls = first.balls;
+    if (!isEmpty(first.subject) && worker.history.last_loss.empty())
+        warnOfUnused(job, first.subject.mesh.triangles.empty());
     Extent extent(config.preview);
     if (on_disk.size() > 1 && needsExtent(config)) {
         extent = sequenceExtent(on_disk, config, balls, worker.events, worker.history.last_loss.empty());

@@ -131,35 +131,53 @@ void colourByKind(const Mesh& mesh, const Spheres& spheres, SurfaceColours& colo
     colours.sphere.assign(spheres.size(), kSphere);
 }
 
-void colourByAttribute(const Mesh& mesh, const Colouring& colouring, SurfaceColours& colours) {
-    const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
-                                    [&](const Attribute& a) { return a.name == colouring.attribute; });
-    if (found == mesh.attributes.end()) {
-        std::string names;
-        for (const Attribute& a : mesh.attributes) names += (names.empty() ? "" : ", ") + a.name;
-        throw Error("the mesh has no attribute '" + colouring.attribute + "' to colour by. It has " +
-                    (names.empty() ? "no attributes." : "these: " + names + "."));
-    }
-    const auto value = [&](std::size_t i) {
-        return found->integer.empty() ? static_cast<double>(found->real[i]) : static_cast<double>(found->integer[i]);
+const Attribute* find(const std::vector<Attribute>& attributes, const std::string& name) {
+    const auto found = std::ranges::find(attributes, name, &Attribute::name);
+    return found == attributes.end() ? nullptr : &*found;
+}
+
+/// errors  rows, of which `attributes` has no attribute of that name
+void requireAttribute(const char* rows, const std::vector<Attribute>& attributes, const std::string& name) {
+    if (find(attributes, name) != nullptr) return;
+    std::string names;
+    for (const Attribute& a : attributes) names += (names.empty() ? "" : ", ") + a.name;
+    throw Error(std::string(rows) + " no attribute '" + name + "' to colour by" +
+                (names.empty() ? "" : ". These exist: " + names));
+}
+
+void colourByAttribute(const Mesh& mesh, const Spheres& spheres, Colouring colouring, SurfaceColours& colours) {
+    if (!mesh.position.empty()) requireAttribute("the mesh has", mesh.attributes, colouring.attribute);
+    if (mesh.position.empty() && spheres.size() > 0)
+        requireAttribute("the particles have", spheres.attributes, colouring.attribute);
+    const Attribute* const of_vertices = find(mesh.attributes, colouring.attribute);
+    const Attribute* const of_spheres = find(spheres.attributes, colouring.attribute);
+    const auto value = [](const Attribute& a, std::size_t i) {
+        return a.integer.empty() ? static_cast<double>(a.real[i]) : static_cast<double>(a.integer[i]);
     };
-    const std::size_t n = mesh.position.size();
-    if (found->components == 3) {  // a linear colour
-        colours.vertex.resize(n);
-        const auto channel = [&](std::size_t i) { return static_cast<float>(std::clamp(value(i), 0.0, 1.0)); };
-        for (std::size_t i = 0; i < n; ++i)
-            colours.vertex[i] = {channel(3 * i), channel(3 * i + 1), channel(3 * i + 2)};
-        return;
+    const auto rowsOf = [](const Attribute& a) { return std::max(a.real.size(), a.integer.size()) / a.components; };
+    if (!(colouring.high > colouring.low)) {
+        bool any = false;
+        for (const Attribute* a : {of_vertices, of_spheres})
+            for (std::size_t i = 0; a != nullptr && i < rowsOf(*a); ++i) {
+                const double x = value(*a, i * a->components);
+                colouring.low = any ? std::min(colouring.low, x) : x;
+                colouring.high = any ? std::max(colouring.high, x) : x;
+                any = true;
+            }
     }
-    double low = colouring.low, high = colouring.high;
-    if (!(high > low) && n > 0) {
-        low = high = value(0);
-        for (std::size_t i = 0; i < n; ++i) {
-            low = std::min(low, value(i * found->components));
-            high = std::max(high, value(i * found->components));
-        }
-    }
-    colours.vertex = scaled(n, kFoam, low, high, [&](std::size_t i) { return value(i * found->components); });
+    const auto coloursOf = [&](const Attribute* a) -> std::vector<Vec3f> {
+        if (a == nullptr) return {};
+        const std::size_t n = rowsOf(*a);
+        if (a->components != 3)
+            return scaled(n, kFoam, colouring.low, colouring.high,
+                          [&](std::size_t i) { return value(*a, i * a->components); });
+        std::vector<Vec3f> linear(n);
+        const auto channel = [&](std::size_t i) { return static_cast<float>(std::clamp(value(*a, i), 0.0, 1.0)); };
+        for (std::size_t i = 0; i < n; ++i) linear[i] = {channel(3 * i), channel(3 * i + 1), channel(3 * i + 2)};
+        return linear;
+    };
+    colours.vertex = coloursOf(of_vertices);
+    colours.sphere = coloursOf(of_spheres);
 }
 
 }  // namespace
@@ -201,7 +219,7 @@ SurfaceColours surfaceColours(const Mesh& mesh, const Spheres& spheres, const st
             colourByComponent(mesh, colours);
             break;
         case ColourBy::attribute:
-            colourByAttribute(mesh, colouring, colours);
+            colourByAttribute(mesh, spheres, colouring, colours);
             break;
     }
     return colours;

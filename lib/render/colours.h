@@ -16,7 +16,8 @@ struct SurfaceColours {
 };
 
 /// in      normal: of the vertices; may be empty unless the colour is that of curvature
-/// errors  the mesh lacks the attribute to colour by; lists the attributes it has
+/// errors  the mesh, or the spheres if there is no mesh, lack the attribute to colour by; lists the attributes that
+///         there are. Spheres beside a mesh that lack it are plain
 SurfaceColours surfaceColours(const Mesh& mesh, const Spheres& spheres, const std::vector<Vec3>& normal,
                               const Colouring& colouring);
 

@@ -2,6 +2,7 @@
 #include "render/render_frame.h"
 
 #include "base/parallel.h"
+#include "betamesh/error.h"
 #include "mesh/normals.h"
 #include "render/colours.h"
 #include "render/light_filter.h"
@@ -18,6 +19,7 @@ namespace {
 constexpr int kPacketWidth = 4, kPacketHeight = 2;  // pixels of a packet of rays
 constexpr int kTile = 32;                           // side of the square of pixels that is one task, pixels
 constexpr float kRayOffset = 16 * 0x1p-24f;  // start of a secondary ray above the surface, in largest coordinates
+constexpr double kFarthestCamera = 1e15;     // from the scene, in scene units; Embree takes 1.8e18
 constexpr double kOcclusionDistance = 0.25;  // range of ambient occlusion, in diagonals of the bulk
 constexpr float kGroundRadius = 8;           // of the ground that takes shadows, in occlusion distances
 constexpr float kShadowOnGround = 0.55f, kOcclusionOnGround = 0.5f;  // fraction of the ground's light that they remove
@@ -428,6 +430,14 @@ SceneSpace spaceOf(const Bounds& bounds, const Camera& camera) {
     return space;
 }
 
+/// errors  a camera so far away that Embree would not take its rays
+void requireNear(const Camera& camera, const SceneSpace& space) {
+    if (space.fromWorld(camera.position).length() < kFarthestCamera) return;
+    throw Error(
+        "the camera is more than 1e15 times as far away as what it shows is large. Give another --camera-position "
+        "(preview.camera_position)");
+}
+
 /// Unit vectors: the attribute `N` where the mesh has it, or else vertexNormals().
 std::vector<Vec3> shadingNormals(const Mesh& mesh) {
     std::vector<Vec3> normal = normalsOf(mesh);
@@ -445,6 +455,7 @@ Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& came
     const Bounds all = boundsOf(mesh, spheres), bulk = boundsOfBulk(mesh, spheres, {});
     const View view(camera, settings.width, settings.height);
     const SceneSpace space = spaceOf(all, camera);
+    requireNear(camera, space);
     const double shutter_seconds = settings.shutter / settings.fps;
     const double displacement =
         shutter_seconds / 2 * std::max(largestLength(mesh.velocity), largestLength(spheres.velocity));

@@ -12,7 +12,7 @@ namespace betamesh {
 ///
 /// same    pixels for any thread count
 /// cost    O(triangles log triangles + pixels · samples)
-/// errors  the mesh lacks the attribute to colour by
+/// errors  the mesh lacks the attribute to colour by; a camera farther away than 1e15 times the size of the scene
 Picture renderFrame(const Mesh& mesh, const Spheres& spheres, const Camera& camera, const RenderSettings& settings);
 
 }  // namespace betamesh

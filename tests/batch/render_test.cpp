@@ -327,7 +327,56 @@ TEST_F(Previews, AMovieNeedsFfmpeg) {
               "160,90,3\n");
 }
 
+TEST_F(Previews, OptionsWithoutEffectAreWarnedOf) {
+    struct Given {
+        std::vector<std::string> words;
+        bool of_mesh, of_particles;  ///< whether there is a warning
+    };
+    for (const Given& given :
+         {Given{{"--wireframe", "2"}, false, true}, Given{{"--normals", "flat"}, false, true},
+          Given{{"--colour", "curvature"}, false, true}, Given{{"--colour", "velocity"}, false, false},
+          Given{{"--show", "union"}, true, false}, Given{{"--particle-radius", "0.1"}, true, false},
+          Given{{"--where", "id > 3"}, true, false}, Given{{"--spacing", "0.1"}, true, false},
+          Given{{"--set", "smoothing.passes=3"}, true, true}, Given{{"--colour-range", "0,1"}, true, true},
+          Given{{"--sheet-columns", "3"}, true, true}, Given{{"--azimuth", "10"}, false, false}})
+        for (const bool is_mesh : {false, true}) {
+            std::vector<std::string> words =
+                small({"render", is_mesh ? "mesh.0002.ply" : "sim.0002.vdb", "a.png", "--overwrite"});
+            words.insert(words.end(), given.words.begin(), given.words.end());
+            const Outcome outcome = run(words);
+            EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+            EXPECT_EQ(outcome.err.find(" no effect") != std::string::npos, is_mesh ? given.of_mesh : given.of_particles)
+                << given.words[0] << is_mesh << outcome.err;
+        }
+    std::ofstream(folder / "t.csv") << "x,y,z,T\n0,0,0,1\n1,0,0,2\n0,1,0,3\n0,0,1,4\n";
+    const auto coloured = [&](const std::string& colour) {
+        return run(small({"render", "t.csv", "t.png", "--spacing", "1", "--colour", colour, "--overwrite"}));
+    };
+    ASSERT_EQ(coloured("plain").exit_code, 0);
+    const std::string plain = bytes("t.png");
+    ASSERT_EQ(coloured("T").exit_code, 0);
+    EXPECT_NE(bytes("t.png"), plain);
+    const Outcome absent = coloured("U");
+    EXPECT_EQ(absent.exit_code, 1);
+    EXPECT_NE(absent.err.find("the particles have T."), std::string::npos) << absent.err;
+}
+
 TEST_F(Previews, WrongUsageIsRefusedBeforeAnythingIsWritten) {
+    for (const std::vector<std::string>& wrong :
+         std::vector<std::vector<std::string>>{{"--contact-sheet", "k.jpg"}, {"--movie", "k.avi"}}) {
+        const Outcome outcome = run(small({"render", "mesh.####.ply", "c.####.png", wrong[0], wrong[1]}));
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_NE(outcome.err.find(wrong[1] + ": "), std::string::npos) << outcome.err;
+        EXPECT_FALSE(fs::exists(folder / "c.0001.png"));
+    }
+    std::ofstream(folder / "file") << "no folder";
+    for (const char* sheet : {"file/s.png", "s.png"})
+        EXPECT_EQ(run(small({"render", "mesh.####.ply", sheet[0] == 's' ? "file/c.####.png" : "c.####.png",
+                             "--contact-sheet", sheet}))
+                      .exit_code,
+                  2);
+    EXPECT_FALSE(fs::exists(folder / "c.0001.png"));
+
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.####.jpg"}).exit_code, 2);
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.png"}).exit_code, 2);
     EXPECT_EQ(run({"render", "nothing.####.ply", "a.####.png"}).exit_code, 2);

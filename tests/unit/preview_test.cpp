@@ -3,6 +3,7 @@
 #include "base/icosphere.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "render/colours.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
 #include "render/render_frame.h"
@@ -630,6 +631,43 @@ TEST(Preview, AMissingAttributeIsAnError) {
     RenderSettings settings = smallSettings();
     settings.colouring = {ColourBy::attribute, "Cd"};
     EXPECT_THROW(renderFrame(sphereMesh({0, 0, 0}), {}, facing({0, 0, 0}), settings), std::runtime_error);
+    EXPECT_THROW(renderFrame({}, ballAt({0, 0, 0}), facing({0, 0, 0}), settings), std::runtime_error);
+    renderFrame({}, {}, facing({0, 0, 0}), settings);
+}
+
+TEST(Preview, BallsAndMeshesHaveTheSameColoursOfAnAttribute) {
+    for (const unsigned components : {1U, 3U}) {
+        RenderSettings settings = smallSettings();
+        settings.colouring = {ColourBy::attribute, "value"};
+        Mesh mesh = sphereMesh({-3, 0, 0});
+        Spheres balls = ballAt({3, 0, 0});
+        const auto coloured = [&](float of_mesh, float of_ball) {
+            mesh.attributes = {{"value", components, {}, {}}};
+            mesh.attributes[0].real.assign(mesh.position.size() * components, of_mesh);
+            balls.attributes = {{"value", components, std::vector<float>(components, of_ball), {}}};
+            return surfaceColours(mesh, balls, {}, settings.colouring);
+        };
+        for (const float value : {0.0F, 0.3F, 1.0F}) {
+            const SurfaceColours same = coloured(value, value);
+            EXPECT_EQ(same.vertex.front(), same.sphere.front());
+            const SurfaceColours different = coloured(value, value + 0.5F);
+            EXPECT_EQ(different.vertex.front() == different.sphere.front(), components == 3 && value == 1.0F);
+        }
+        EXPECT_EQ(surfaceColours({}, balls, {}, settings.colouring).sphere.size(), 1U);
+        balls.attributes.clear();
+        EXPECT_TRUE(surfaceColours(mesh, balls, {}, settings.colouring).sphere.empty()) << "plain beside a mesh";
+    }
+}
+
+TEST(Preview, ACameraThatIsTooFarAwayIsAnError) {
+    for (const double distance : {1e2, 1e14, 1e17, 1e30, 1e38}) {
+        Camera camera = facing({0, 0, 0});
+        camera.position = {distance, 0, 0};
+        if (distance < 1e15)
+            renderFrame(sphereMesh({0, 0, 0}), {}, camera, smallSettings());
+        else
+            EXPECT_THROW(renderFrame(sphereMesh({0, 0, 0}), {}, camera, smallSettings()), std::runtime_error);
+    }
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ const Choices<ColourBy> kColourChoices{{"plain", ColourBy::nothing},
 
 ConfigKey colourKey(const KeyText& text) {
     return makeKey(
-        text, ConfigKey::Kind::text, "plain, velocity, kind, curvature, component, or the name of a mesh attribute",
+        text, ConfigKey::Kind::text, "plain, velocity, kind, curvature, component, or the name of an attribute",
         [](const Config& config) {
             const Colouring& colouring = config.preview.colouring;
             for (const auto& [name, by] : kColourChoices)
@@ -38,7 +38,7 @@ ConfigKey colourKey(const KeyText& text) {
             for (const auto& [name, by] : kColourChoices)
                 if (name == value) colouring = {by, ""};
             if (value.empty())
-                failValue(value, "plain, velocity, kind, curvature, component, or the name of a mesh attribute");
+                failValue(value, "plain, velocity, kind, curvature, component, or the name of an attribute");
         });
 }
 
@@ -154,7 +154,9 @@ void addPreviewKeys(std::vector<ConfigKey>& keys) {
          "What the surface is coloured by. plain: a single colour. velocity: dark where slow, pale where fast. kind: "
          "surface blue, bubbles orange, triangles that are both sides of a sheet green, spheres violet. curvature: "
          "convex red, concave blue. component: one colour per connected component. An attribute with three components "
-         "is used as a colour, one with a single component as a scale from dark to pale."}));
+         "is used as a colour, one with a single component as a scale from dark to pale. Balls are coloured by "
+         "attributes of "
+         "their particles, velocity or kind."}));
     keys.push_back(rangeKey(
         {"preview.colour_range", "--colour-range", "that of the coloured quantity",
          "Values at the two ends of the colour scale. auto: for velocity, from 0 to 2.5 times the root-mean-square "

@@ -55,6 +55,10 @@ void requireWritableFolders(std::span<const Plan> outputs) {
         for (const FrameTask& task : plan.tasks)
             for (const std::string& file : {task.output, task.preview})
                 if (isWritten(task.action) && !file.empty()) folders.insert(folderOf(file));
+    requireWritableFolders(folders);
+}
+
+void requireWritableFolders(const std::set<std::string>& folders) {
     for (const std::string& folder : folders) {
         fs::path existing = fs::absolute(folder);
         std::error_code ignored;

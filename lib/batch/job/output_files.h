@@ -5,6 +5,7 @@
 #include "batch/job/output_plan.h"
 
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 
@@ -17,6 +18,9 @@ void requireDistinctFiles(std::span<const Plan> outputs, const std::map<int, std
 
 /// errors  an output folder, or the folder in which it has to be created, that cannot be written to
 void requireWritableFolders(std::span<const Plan> outputs);
+
+/// errors  one of these folders, or the folder in which it has to be created, that cannot be written to
+void requireWritableFolders(const std::set<std::string>& folders);
 
 /// Refuses a log file that the job reads or writes for something else.
 ///

@@ -10,6 +10,7 @@
 #include "io/particle_file.h"
 #include "render/exr_file.h"
 #include "render/png_file.h"
+#include "skin/attributes.h"
 #include "skin/particle_sizes.h"
 
 #include <algorithm>
@@ -31,7 +32,9 @@ bool hasExtension(const std::string& path, const std::string& extension) {
 
 /// Spheres whose radius is the attribute `radius` or `pscale`; that of `balls` if there is none.
 Spheres spheresOf(const Particles& points, const ParticleBalls& balls) {
-    Spheres spheres = ballsAround(points, {balls.radius});
+    const bool has_colour =
+        std::ranges::find(points.attributes, balls.colour, &Attribute::name) != points.attributes.end();
+    Spheres spheres = ballsAround(points, {.radius = balls.radius, .colour = has_colour ? balls.colour : ""});
     for (const Attribute& attribute : points.attributes)
         if ((attribute.name == "radius" || attribute.name == "pscale") && attribute.components == 1 &&
             !attribute.real.empty())
@@ -68,10 +71,13 @@ Spheres ballsAround(const Particles& particles, const ParticleBalls& balls) {
     spheres.velocity.assign(particles.velocity.begin(), particles.velocity.end());
     spheres.radius.assign(particles.size(), static_cast<float>(balls.radius));
     std::transform(radii.begin(), radii.end(), spheres.radius.begin(), [](double r) { return static_cast<float>(r); });
+    if (!balls.colour.empty())
+        if (const Attribute* attribute = attributeOf(particles, balls.colour)) spheres.attributes = {*attribute};
     return spheres;
 }
 
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, const ParticleBalls& balls) {
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, ParticleBalls balls) {
+    balls.colour = config.preview.colouring.attribute;
     const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
     const bool may_be_mesh = canHold(file, FileKind::mesh, Access::read);
     FrameGeometry subject;
@@ -152,6 +158,7 @@ RenderPlan planRendering(const Config& config, const Extent& extent, const Parti
     const Config::Preview& preview = config.preview;
     RenderPlan plan;
     plan.balls = balls;
+    plan.balls.colour = preview.colouring.attribute;
     RenderSettings& settings = plan.settings;
     settings.width = preview.width;
     settings.height = preview.height;

@@ -23,20 +23,22 @@ struct ParticleBalls {
     double spacing = 0;       ///< world units
     std::string attribute{};  ///< as SkinParams::radius_attribute
     double scale = 1;         ///< as SkinParams::radius_scale
+    std::string colour{};     ///< attribute of particles that balls have, too, to be coloured by; empty: none
 };
 
-/// Reads a mesh with its spheres, or particles, which are shown as balls.
+/// Reads a mesh with its spheres, or particles, which are shown as balls, with the attribute that the preview is
+/// coloured by.
 ///
 /// errors  those of readMesh(), readParticles() and ballsAround(), with the name of the file
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, const ParticleBalls& balls);
+FrameGeometry readFrameGeometry(const std::string& file, const Config& config, ParticleBalls balls);
 
 /// Whether a file is named like those of spheres beside meshes, as in splash.0012.spheres.ply. Its points are shown
 /// with their own radii.
 bool isSpheresFile(const std::string& file);
 
-/// One ball per particle, with its velocity.
+/// One ball per particle, with its velocity and the attribute that it is coloured by.
 ///
-/// errors  those of particleSizes()
+/// errors  those of particleSizes(); particles that lack this attribute
 Spheres ballsAround(const Particles& particles, const ParticleBalls& balls);
 
 /// The extent of all frames of a sequence together, from which the automatic camera, ground and colours follow.
@@ -67,7 +69,7 @@ Extent sequenceExtent(const std::map<int, std::string>& files, const Config& con
 struct RenderPlan {
     Camera camera;
     RenderSettings settings;
-    ParticleBalls balls;  ///< of particles that are shown as balls
+    ParticleBalls balls;  ///< of particles that are shown as balls, with their colour
 };
 
 /// Whether camera, ground or colours depend on the extent of the sequence.
