@@ -259,6 +259,24 @@ TEST_F(Job, EmptyFramesHaveTheAttributesOfTheOthers) {
     }
 }
 
+TEST_F(Job, WallsWithTheLiquidOnTheOtherSideAreWarnedOf) {
+    writeFrames(1, 2);  // the liquid is around the origin
+    for (const std::string around : {"x>-100", "x<100", "x<100,y>-100,0.6x+0.8y<90"}) {
+        const Outcome outcome = mesh({"--walls", around, "--overwrite"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(count(outcome.err, "beyond the wall"), 0U) << outcome.err;
+    }
+    for (const std::string beyond : {"x>100", "y<-100", "0.6x+0.8y>90"}) {
+        const Outcome outcome = mesh({"--walls", "z<100," + beyond, "--overwrite"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(count(outcome.err, "beyond the wall"), 1U) << outcome.err;
+        const std::string all = manifest(2)["particles"].dump();
+        EXPECT_NE(manifest(2)["warnings"].dump().find(all + " of " + all + " particles are beyond the wall " + beyond),
+                  std::string::npos)
+            << manifest(2)["warnings"];
+    }
+}
+
 TEST_F(Job, AnEmptyLevelSetIsWarnedOf) {
     Particles particles = Sample({"jitter", 100, 1, 24}).frame(1);
     for (Vec3f& p : particles.position) p += Vec3f(300, 300, 300);

@@ -76,6 +76,23 @@ void checkSpacing(const FrameInput& liquid, const Plan& plan, FrameResult& resul
         if (warning) result.warnings.push_back(*warning);
 }
 
+/// Warns of walls that most particles are beyond, by more than the half spacing within which the surface is laid flat.
+void checkWalls(const FrameInput& liquid, const Plan& plan, FrameResult& result, JobState& job) {
+    const std::vector<Vec3f>& position = liquid.particles.position;
+    for (std::size_t i = 0; i < plan.skin.walls.size(); ++i) {
+        const Wall& wall = plan.skin.walls[i];
+        const auto beyond = std::ranges::count_if(
+            position, [&](const Vec3f& p) { return dot(wall.normal, Vec3(p)) > wall.offset + 0.5 * plan.spacing; });
+        if (static_cast<std::size_t>(beyond) <= position.size() / 2) continue;
+        const std::string& text = plan.config.surface.walls[i];
+        const std::string warning = std::to_string(beyond) + " of " + std::to_string(position.size()) +
+                                    " particles are beyond the wall " + text +
+                                    " (surface.walls), which names the side with the liquid";
+        result.warnings.push_back(warning);
+        if (job.isFirst("wall " + text)) logWarning(result.input + ": " + warning);
+    }
+}
+
 void hintAtPlane(const Particles& particles, const Plan& plan, const FrameResult& result, JobState& job) {
     const auto plane = particles.size() > 1 ? planeOf(particles.position, plan.spacing) : std::nullopt;
     if (plane && job.isFirst("plane"))
@@ -235,6 +252,7 @@ void meshOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
         requireAttributes(*liquid, config);
         if (!planar) hintAtPlane(liquid->particles, plan, result, job);
         checkSpacing(*liquid, plan, result, job);
+        checkWalls(*liquid, plan, result, job);
         watch(Stage::read);
     } else {
         result.warnings.push_back("no input: an empty mesh is written (run.on_missing)");
