@@ -2,6 +2,7 @@
 
 #include "batch/job/frames.h"
 #include "batch/job/job.h"
+#include "batch/job/output_files.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/machine.h"
@@ -14,6 +15,7 @@
 #include "value_checks.h"
 
 #include <filesystem>
+#include <set>
 #include <system_error>
 
 namespace betamesh {
@@ -78,19 +80,34 @@ int writeSample(const SampleArguments& arguments) {
     Sample sample(arguments.params);
     std::vector<std::string> files;
     for (const int frame : frames) files.push_back(frameName(pattern, frame));
+    std::set<std::string> folders;
+    for (const std::string& file : files) folders.insert(folderOf(file));
+    requireWritableFolders(folders);
     makeFoldersOf(files);
     rememberSignals();
+    std::size_t failed = 0;
     for (const int frame : frames) {
         if (caughtSignal() != 0) return kSignalBase + caughtSignal();
         const Particles particles = sample.frame(frame);
-        writeParticles(frameName(pattern, frame), particles, {.frame = frame});
-        logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
-                frameName(pattern, frame));
+        try {
+            writeParticles(frameName(pattern, frame), particles, {.frame = frame});
+            logInfo("frame " + std::to_string(frame) + ": " + std::to_string(particles.size()) + " particles -> " +
+                    frameName(pattern, frame));
+        } catch (const Error& error) {
+            logError("frame " + std::to_string(frame) + ": " + error.what());
+            ++failed;
+        }
     }
-    writeSequenceLayer(pattern, {});
-    logInfo(std::to_string(frames.size()) + " frames written; nominal particle spacing " +
+    bool layer_failed = false;
+    try {
+        writeSequenceLayer(pattern, {});
+    } catch (const Error& error) {
+        logError(error.what());
+        layer_failed = true;
+    }
+    logInfo(std::to_string(frames.size() - failed) + " frames written; nominal particle spacing " +
             std::to_string(sample.spacing()));
-    return kAllWritten;
+    return failed > 0 || layer_failed ? kSomeFailed : kAllWritten;
 }
 
 }  // namespace

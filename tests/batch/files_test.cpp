@@ -126,6 +126,21 @@ TEST_F(Files, AFileBeyondTheSizeLimitFailsAloneAndTheOthersAreWritten) {
     EXPECT_NE(said().find("x.html: cannot be written: File too large"), std::string::npos) << said();
 }
 
+TEST_F(Files, SamplesThatCannotBeWrittenFailAlone) {
+    fs::create_directories(folder_ / "s/a.0002.ply/inside");
+    const auto sample = [&](const std::string& output) {
+        return runProgram({"sample", "jitter", output, "--particles", "100", "--frames", "1-3", "--overwrite"},
+                          folder_.path());
+    };
+    const Outcome outcome = sample("s/a.####.ply");
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("error: frame 2: s/a.0002.ply: cannot be written"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("2 frames written"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(exists("s/a.0001.ply") && exists("s/a.0003.ply"));
+    write(folder_ / "file", "");
+    EXPECT_EQ(sample("file/a.####.ply").exit_code, 2);
+}
+
 TEST_F(Files, NoFileIsBothReadAndWrittenOrWrittenTwice) {
     ASSERT_EQ(mesh().exit_code, 0);
     ASSERT_EQ(mesh({}, "twin/a.####.ply").exit_code, 0);
