@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <new>
 #include <span>
@@ -257,6 +258,10 @@ void requireFeasible(const Mesh& mesh, const std::string& file, const LevelSetOp
     constexpr double kMaxIndex = 1 << 30;  // within 32 bits, with the narrow band
     const std::string advice = " Choose larger voxels with --voxel (output.voxel).";
     const std::string voxels = file + ": voxels of " + shortText(options.voxel);
+    if (!(options.voxel * options.band <= static_cast<double>(std::numeric_limits<float>::max())))
+        throw Error(voxels + " are too large: the distances of a band of " + shortText(options.band) +
+                    " voxels are stored as 32-bit floats, at most 3.4e38. Choose smaller voxels with --voxel "
+                    "(output.voxel).");
     double farthest = 0;
     for (const Vec3& p : mesh.position)
         for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(p[axis]));

@@ -452,6 +452,8 @@ TEST_F(Files, LengthsThatFloatsCannotStoreAreRefused) {
             EXPECT_EQ(count(outcome.err, "32-bit floats"), std::string(value).starts_with("1e") ? 1U : 0U)
                 << outcome.err;
         }
+    for (const char* option : {"--scale", "--velocity-scale", "--time-scale"})
+        EXPECT_EQ(mesh({option, "1e39", "--frames", "1"}).exit_code, 2) << option;
     for (const char* option : {"--camera-position", "--look-at"})
         EXPECT_EQ(runProgram({"render", "in/a.0001.ply", "x.png", option, "0,1e39,0"}, folder_.path()).exit_code, 2);
     EXPECT_EQ(mesh({"--radius", "1e38dx", "--spacing", "100", "--frames", "1"}).exit_code, 2);

@@ -183,6 +183,9 @@ TEST(LevelSet, VoxelsThatAreTooSmallAreErrors) {
                 {"a.vdb: voxels of 1e-08 are too small for coordinates up to 101", "output.voxel"});
     expectError([&] { encodeLevelSet(mesh, "a.vdb", voxelsOf(1e-6)); },
                 {"would need about", "GB of memory", "output.voxel"});
+    for (const double voxel : {1.2e38, 1e39, 1e300})
+        expectError([&] { encodeLevelSet(mesh, "a.vdb", voxelsOf(voxel)); }, {"are too large", "--voxel"});
+    encodeLevelSet(mesh, "a.vdb", voxelsOf(1.1e38));
     LevelSetOptions limited = voxelsOf(0.001);
     limited.memory_limit = 100000000;
     expectError([&] { encodeLevelSet(mesh, "a.vdb", limited); }, {"but 0.1 GB are the limit"});

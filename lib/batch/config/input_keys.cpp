@@ -58,7 +58,7 @@ ConfigKey velocityKey(const KeyText& text) {
         });
 }
 
-/// A finite number other than 0.
+/// A number other than 0, in the range of 32-bit floats.
 template <typename Member>
 ConfigKey factorKey(const KeyText& text, Member member) {
     const std::string accepts = "a number other than 0";
@@ -66,7 +66,7 @@ ConfigKey factorKey(const KeyText& text, Member member) {
         text, ConfigKey::Kind::number, accepts, [=](const Config& config) { return textOf(readOnly(config, member)); },
         [=](Config& config, const std::string& value) {
             const auto number = numberOf<double>(value);
-            if (!number || !std::isfinite(*number) || *number == 0) failValue(value, accepts);
+            if (!number || !isFloatAboveZero(std::abs(*number))) failValue(value, accepts);
             member(config) = *number;
         });
 }
