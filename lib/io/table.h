@@ -20,7 +20,8 @@ namespace betamesh {
 FileContents parseTable(Cursor in, const ReadOptions& options = {});
 
 /// A .csv with the columns x y z, vx vy vz, id, and those of the attributes: a, or a.x a.y … up to four components,
-/// a[0] a[1] … beyond. The names of integers are in quotes. Numbers have as many digits as needed to read the same floats.
+/// a[0] a[1] … beyond. The names of integers are in quotes. Numbers have as many digits as needed to read the same
+/// floats.
 ///
 /// errors  an attribute whose name is that of another column
 void encodeTable(ByteWriter& out, const Particles& particles, const std::string& file);

@@ -313,8 +313,8 @@ inline constexpr double kSharpKernel = 0.7;
 inline constexpr float kSharpGain = 4, kLeastSharp = 0.005F;
 /// Steps of fairing, their gain, and the share of the last step that is added to each (Polyak 1964), with
 /// 2 gain < 1 + momentum: beyond, they oscillate. Chosen: features of a hole's rim up to ten edges long become half as
-/// large; with twice as many steps the crease is the same and the surface jumps more. Without momentum, 60 steps of gain
-/// 0.4 do as much.
+/// large; with twice as many steps the crease is the same and the surface jumps more. Without momentum, 60 steps of
+/// gain 0.4 do as much.
 inline constexpr int kFairingSteps = 17;
 inline constexpr float kFairingGain = 0.6F, kFairingMomentum = 0.65F;
 /// Area of a triangle, over that of an equilateral one with the same sum of squared edges, below which it counts less

@@ -215,7 +215,7 @@ TEST(DeformingMesh, RefinesASphereByPointsOnTheSphere) {
     DeformingMesh surface(mesh, 1);
     const std::vector<Vec3> before = surface.position();
     DualPoints on_chords = dualPoints(mesh.vertex);
-    surface.refineOnCurves(1.5, 1);
+    surface.refineOnCurves(1.5);
     surface.writePositions();
     addLastRefinement(mesh.fading, on_chords);
     ASSERT_EQ(surface.size(), before.size() + edges);
@@ -239,7 +239,7 @@ TEST(DeformingMesh, RefinesAlikeWithAVertexThatFadesIn) {
             with.vertex.push_back({place.position, Vec3(1, 0, 0)});
             with.fading[group].push_back({v, {edge.a, edge.b, edge.left, edge.right}, {0.5, 0.5, 0, 0}, 0, place});
             DeformingMesh surface(with, 1);
-            surface.refineOnCurves(1.5, 1);
+            surface.refineOnCurves(1.5);
             expectBetweenChordAndSphere(with.fading[group].front(), surface);
         }
 }
