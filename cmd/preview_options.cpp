@@ -205,8 +205,6 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
-    requireFormats(options);
-    if (!options.movie.empty()) Movie::requireEncoder();
     std::vector<KeyValue> given{{"frames", Config{}.frames, ""}};  // instead of the frames of the pipeline
     const auto from_options = keyValuesOf(options.assignments, options.values);
     given.insert(given.end(), from_options.begin(), from_options.end());
@@ -231,6 +229,8 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     }
     if (!options.skip_existing && !options.overwrite) refuseExisting({options.contact_sheet, options.movie});
     requireDistinctFiles(job);
+    requireFormats(options);
+    if (!options.movie.empty()) Movie::requireEncoder();
     checkFolders(job);
     warnOfSheetOptions(options);
     return job;

@@ -500,7 +500,8 @@ TEST_F(Files, FoldersOfOutputsAreMadeByEveryCommand) {
     for (const char* command : {"convert in/a.0001.ply file/o.csv", "sample drop file/o.ply --particles 300",
                                 "render in/a.0001.ply file/o.png --width 32 --height 32 --samples 1"}) {
         EXPECT_NE(shell(std::string("$betamesh ") + command), 0);
-        EXPECT_NE(said().find("'file': the folder cannot be created: Not a directory"), std::string::npos) << said();
+        for (const char* part : {"'file': ", "folder", ": Not a directory"})
+            EXPECT_NE(said().find(part), std::string::npos) << said();
     }
 }
 
