@@ -187,10 +187,10 @@ void DeformingMesh::measure() {
         for (const std::uint32_t t : triangles_of_[v]) {
             all.vector_area += third_[t].vector_area;
             all.area += third_[t].area;
-            all.is_short |= third_[t].is_short;
+            all.has_short_edge |= third_[t].has_short_edge;
         }
         area_[v] = all.area;
-        has_short_edges_[v] = all.is_short;
+        has_short_edges_[v] = all.has_short_edge;
         sum[v] = all.vector_area;
     });
     // Later groups fade in from earlier ones; those on facets from each other.

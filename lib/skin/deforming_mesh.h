@@ -197,14 +197,14 @@ private:
     std::vector<Vec3> position_;
     IndexRows triangles_of_;  // of each vertex
     struct TriangleThird {
-        Vec3f vector_area{0};   // a third of the triangle's
-        float area = 0;         // likewise
-        bool is_short = false;  // has an edge so short that its ends count as one vertex in part
+        Vec3f vector_area{0};         // a third of the triangle's
+        float area = 0;               // likewise
+        bool has_short_edge = false;  // whose ends count as one vertex in part
     };
     std::vector<TriangleThird> third_;
     std::vector<float> area_, flatness_;  // flatness: |Σ vector areas| / Σ areas of the one-ring, 1 where it is plane
     std::vector<Vec3f> normal_;
-    std::vector<std::uint8_t> has_short_edges_;  // is in a triangle that has
+    std::vector<std::uint8_t> has_short_edges_;  // whether a vertex is in a triangle with one
 
     std::array<ConstraintGroup, std::tuple_size_v<FadingVertices>> constraints_;
     std::vector<const Constraint*> constraint_of_;  // of each vertex; null: none

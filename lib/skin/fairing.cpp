@@ -145,7 +145,7 @@ void DeformingMesh::relaxFolds() {
     const std::vector<std::uint32_t> inverted = indicesWhere(mesh_.triangles.size(), [&](std::uint32_t triangle) {
         const auto& [a, b, c] = mesh_.triangles[triangle];
         const Vec3f sum = normal_[a] + normal_[b] + normal_[c];
-        const auto& [vector_area, area, is_short] = third_[triangle];
+        const auto& [vector_area, area, has_short_edge] = third_[triangle];
         return !(dot(vector_area, sum) > static_cast<float>(kInvertedCosine) * area * sum.length());
     });
     for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);

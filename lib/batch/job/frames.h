@@ -23,8 +23,8 @@ struct FramePattern {
     bool numbered = false;           ///< has a placeholder
 };
 
-/// Replaces $NAME and ${NAME} by the environment variable NAME, except for $F and $F4, which are placeholders, and ~/
-/// at the beginning by $HOME/, as shells do.
+/// Replaces $NAME and ${NAME} by the environment variable NAME, except for $F and $F4, which are placeholders. As in
+/// shells, ~/ at the beginning becomes $HOME/.
 ///
 /// errors  a variable that is not set; the home folder of another user, ~name/
 std::string withVariables(std::string_view path);
