@@ -93,60 +93,18 @@ private:
     Dual fade_weight_;
 };
 
-// The subdivision of an arc, or of half a circle. relative_radius: of the circle, in radii of the smaller ball;
-// per_radian: the number of segments per radian of a great circle.
-Subdivision subdivisionOf(Dual angle, Dual relative_radius, std::uint32_t least, int segments, Dual per_radian,
-                          const ArcSubdivision& subdivision) {
+// The subdivision of an arc, or of half a circle. relative_radius: of the circle, in radii of the smaller ball.
+Subdivision subdivisionOf(Dual angle, Dual relative_radius, std::uint32_t least, const ArcSubdivision& subdivision) {
     const Dual great_circle_angle = angle * squareRoot(relative_radius);  // of the same sagitta
-    const Dual wanted = great_circle_angle * per_radian, fewest = angle / kMaxSegmentAngle;
+    const Dual wanted = great_circle_angle / subdivision.max_angle, fewest = angle / kMaxSegmentAngle;
     const Dual length = wanted.value > fewest.value ? wanted : fewest;
     const auto roundedUp = [&](Dual number) {
         return std::max(least, static_cast<std::uint32_t>(std::ceil(number.value)));
     };
+    const int segments = subdivision.segments;
     if (segments > 0 && great_circle_angle.value > kStraightArcAngle)
         return Subdivision(std::max(roundedUp(fewest * segments), static_cast<std::uint32_t>(segments)));
     return subdivision.appearance == Appearance::gradual ? Subdivision(length, least) : Subdivision(roundedUp(length));
-}
-
-// ArcNetwork::flatness. Continuous in time, as it depends on integrals along the lines round each face.
-std::vector<Dual> faceFlatness(const BallBoundary& boundary, const std::vector<DualVec3>& balls,
-                               const ArcNetwork& network) {
-    const std::size_t cycles = boundary.cycle.size(), arcs = network.arc_start.size();
-    std::vector<Dual> flatness;
-    firstTouchResize(flatness, boundary.twin.size());
-    parallelFor(boundary.face.size(), 1024, [&](std::size_t f) {
-        const std::uint32_t b = boundary.face_ball[f];
-        DualVec3 along, across;  // integrals of the vectors to the lines, and to the centres of their circles
-        Dual length;
-        const auto add = [&](std::size_t l) {
-            const ArcLine& line = network.line[l];
-            const std::uint32_t other = line.balls[line.balls[0] == b];
-            const DualVec3 offset = balls[other] - balls[b];
-            const Dual own = boundary.worldRadiusOf(b), r = boundary.worldRadiusOf(other);
-            const Dual share =
-                0.5 + (own * own - r * r) / (dot(offset, offset) * 2);  // of the way, to the circle's centre
-            across = across + offset * (line.length * share);
-            along = along + line.outwards * line.radius;
-            length = length + line.length;
-        };
-        for (const std::uint32_t c : boundary.face[f])
-            if (c >= cycles)
-                add(arcs + (c - cycles) / 2);
-            else
-                for (const std::uint32_t h : boundary.cycle[c]) add(network.arc_of[h]);
-        along = along + across;
-        const Dual square = dot(along, along), longest = length * boundary.worldRadiusOf(b);
-        Dual flatness_of_face = 0;
-        if (square.value > 0) {
-            const Dual one_sided = (square / (longest * longest) - kSurroundingRim) / (kOneSidedRim - kSurroundingRim);
-            const Dual covered = (dot(along, across) / square - kExposedPatch) / (kCoveredPatch - kExposedPatch);
-            flatness_of_face = smoothStep(one_sided) * (1 - smoothStep(covered));
-        }
-        for (const std::uint32_t c : boundary.face[f])
-            if (c < cycles)
-                for (const std::uint32_t h : boundary.cycle[c]) flatness[h] = flatness_of_face;
-    });
-    return flatness;
 }
 
 DualVec3 pointAt(const IntersectionCircle& circle, Dual angle) {
@@ -221,22 +179,14 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
         circle.setZeroTowards(network.point[start / 3]);
         return circle;
     };
-    const bool by_flatness = subdivision.segments == 0 && subdivision.flat_angle > subdivision.max_angle;
     const auto subdivisionOfArc = [&](std::size_t a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
         const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        Dual per_radian = 1 / subdivision.max_angle;
-        if (!network.flatness.empty()) {
-            const Dual one = network.flatness[start], other = network.flatness[end];
-            per_radian = per_radian + (one.value < other.value ? one : other) *
-                                          (1 / subdivision.flat_angle - 1 / subdivision.max_angle);
-        }
         return subdivisionOf(network.arc_angle[a], network.relativeRadius(a, boundary), one_triplet ? 2 : 1,
-                             subdivision.segments, per_radian, subdivision);
+                             subdivision);
     };
     const auto subdivisionOfHalf = [&](std::size_t k) {
-        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2, subdivision.segments,
-                             1 / subdivision.max_angle, subdivision);
+        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2, subdivision);
     };
     const auto circleAt = [&](std::size_t k) { return circleBetween(boundary.circle[k][0], boundary.circle[k][1]); };
     firstTouchResize(network.line, arcs + circles);
@@ -258,7 +208,6 @@ ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& 
         sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {
             for (const std::uint32_t b : network.line[l].balls) visit(b, static_cast<std::uint32_t>(l));
         });
-    if (by_flatness) network.flatness = faceFlatness(boundary, balls, network);
 
     std::vector<std::uint32_t> inside(arcs + circles), fading_inside(arcs + circles);
     parallelFor(arcs, 512, [&](std::size_t a) {

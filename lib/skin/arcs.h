@@ -35,13 +35,8 @@ struct ArcNetwork {
     std::vector<std::uint32_t> arc_begin;     ///< first point inside each arc, and one entry past the last
     std::vector<std::uint32_t> circle_begin;  ///< first point on each circle, and one entry past the last
 
-    std::vector<ArcLine> line;  ///< each arc, then each circle
-    IndexRows at_ball;          ///< the lines round each ball, ascending
-    /// Flatness of the face that each half-edge goes round, 0 to 1: 1 where the face is only a small patch of its ball,
-    /// as a rule in the surface of a liquid. Smoothing lays such patches flat, so their arcs need few segments. Empty:
-    /// 0.
-    std::vector<Dual> flatness;
-
+    std::vector<ArcLine> line;         ///< each arc, then each circle
+    IndexRows at_ball;                 ///< the lines round each ball, ascending
     std::vector<FadingVertex> fading;  ///< points that are between the chord and the arc
 
     std::uint32_t arcSize(std::size_t a) const { return arc_begin[a + 1] - arc_begin[a]; }
@@ -68,7 +63,6 @@ struct ArcSubdivision {
     int segments = 0;                      ///< > 0: this many on every arc, and as many per kMaxSegmentAngle on longer
                                            ///< arcs and on circles; max_angle is not used then
     Appearance appearance = Appearance::on_boundary;
-    double flat_angle = 0;      ///< > max_angle: radians per segment between flat faces; otherwise not used
     bool is_retracted = false;  ///< the mesh is retracted far below the balls afterwards: face points are lowered below
                                 ///< the chords of arcs, and edge flips begin sooner
 };
@@ -80,14 +74,9 @@ struct ArcSubdivision {
 /// segments are equal again, symmetrically, so either end may grow. An arc between the two sides of one triplet gets at
 /// least two segments, half a circle likewise, so that no two segments share both ends.
 ///
-/// Flat faces are in the surface of a liquid or on a side of a sheet, as a rule. Smoothing lays them flat together with
-/// their chords, so arcs between two of them can have longer segments, and the surface still jumps less where balls
-/// begin to meet there than it does on drops and edges. In between the segment length changes gradually; it is
-/// continuous in time except where faces of one ball merge.
-///
 /// Points have the motion that their arc's ends and its circle give them.
 ///
-/// in      a boundary, with its faces if there is a flat angle; its balls and its vertices with their motion
+/// in      a boundary; its balls and its vertices with their motion
 /// same    result for any thread count
 /// cost    O(points)
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls, std::vector<DualVec3> vertices,

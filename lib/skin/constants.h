@@ -31,16 +31,6 @@ inline constexpr double kFadeInLength = 0.2, kRegrowLength = 0.25;
 /// once with it: a jump of 2 % of a sagitta.
 inline constexpr double kMinFadeWeight = 0.02;
 
-// Flat faces: small patches of a ball in the surface of a liquid, which smoothing lays flat. Chosen together so that
-// the coarser arcs between them (a fifth fewer triangles) jump less than those on drops and edges do.
-
-/// Squared length of the mean direction from the ball to the lines round a face, in [0, 1]. Up to the first the lines
-/// surround the ball, as on drops; from the second on they lie on one side, as round a small patch.
-inline constexpr double kSurroundingRim = 0.5, kOneSidedRim = 0.7;
-/// Share of that mean direction that points towards the neighbouring balls, in [0, 1]. Up to the first the small patch
-/// is exposed; from the second on it is what is covered, and the face is the rest of the ball.
-inline constexpr double kExposedPatch = 0.35, kCoveredPatch = 0.6;
-
 // Points inside faces
 
 /// Sine of a cap's half-angle below which the cap counts as narrow, and rim distances round it are scaled up: a ball
@@ -130,11 +120,11 @@ inline constexpr double kPaperSampleAngle = 0.56;
 /// faces are equally fine. With n segments it is divided by n and clamped to the following range.
 inline constexpr double kCommonArcAngle = 0.75;
 inline constexpr double kMinFaceAngle = 0.05, kMaxFaceAngle = 0.7;
-/// The union of balls that is smoothed without a skin: radians per arc segment; the same around small patches of balls,
-/// where jumps are smaller; between points inside faces. Chosen so that jumps where balls meet stay small.
-inline constexpr double kSmoothedArcAngle = 0.235, kSmoothedFlatArcAngle = 0.4, kSmoothedFaceAngle = 0.37;
+/// The union of balls that is smoothed without a skin: radians per arc segment, and between points inside faces. Chosen
+/// so that jumps where balls meet stay small.
+inline constexpr double kSmoothedArcAngle = 0.235, kSmoothedFaceAngle = 0.37;
 /// The same where there is a skin: coarser, because retract() splits edges that become too long.
-inline constexpr double kSkinArcAngle = 0.6, kSkinFlatArcAngle = 0.7, kSkinFaceAngle = 0.55;
+inline constexpr double kSkinArcAngle = 0.65, kSkinFaceAngle = 0.55;
 /// Factor, >= 1, on the edge lengths at which the skin is refined, where arcs have one segment: the user asked for
 /// coarse.
 inline constexpr double kSingleSegmentEdgeFactor = 1.5;

@@ -37,9 +37,9 @@ FacePointPlacement::FacePointPlacement(const FacePoints& points, const ArcSubdiv
         const std::vector<Vec3>& p = points.directions.position;
         volume += dot(p[a], cross(p[b], p[c])) / 6;
     }
-    const double longest = std::max(subdivision.max_angle, subdivision.flat_angle);
-    lowering_depth_ = subdivision.is_retracted ? kLoweringDepthSagittas * longest * longest / 8
-                                               : kLoweringDepth * spacing_ * spacing_;
+    lowering_depth_ = subdivision.is_retracted
+                          ? kLoweringDepthSagittas * subdivision.max_angle * subdivision.max_angle / 8
+                          : kLoweringDepth * spacing_ * spacing_;
     flip_distance_ = (subdivision.is_retracted ? kRetractedFlipDistance : kFlipDistance) * spacing_ * spacing_;
     offset_ = std::cbrt(4 * std::numbers::pi / 3 / volume) - 1;
 }

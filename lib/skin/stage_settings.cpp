@@ -10,14 +10,6 @@
 
 namespace betamesh {
 
-namespace {
-
-double smoothingWidth(const SkinParams& params) {
-    return params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
-}
-
-}  // namespace
-
 bool isComplete(const SkinParams& params) {
     return params.surface == SurfaceKind::beta && params.tessellation == Tessellation::complete;
 }
@@ -45,19 +37,14 @@ ArcSubdivision arcSubdivision(const SkinParams& params) {
     subdivision.segments = params.arc_subdivisions;
     if (!isSmoothed(params)) return subdivision;
     subdivision.appearance = Appearance::gradual;
-    subdivision.max_angle = kSmoothedArcAngle;
-    if (hasSkin(params)) {
-        subdivision.is_retracted = true;
-        subdivision.max_angle = kSkinArcAngle;
-        subdivision.flat_angle = kSkinFlatArcAngle;
-    } else if (coherentPasses(params) > 0 && smoothingWidth(params) >= kSmoothingWidth * params.radius) {
-        subdivision.flat_angle = kSmoothedFlatArcAngle;
-    }
+    subdivision.is_retracted = hasSkin(params);
+    subdivision.max_angle = subdivision.is_retracted ? kSkinArcAngle : kSmoothedArcAngle;
     return subdivision;
 }
 
 CoherentSmoothing coherentSmoothing(const SkinParams& params) {
-    return {params.radius, smoothingWidth(params), coherentPasses(params)};
+    const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+    return {params.radius, width, coherentPasses(params)};
 }
 
 SkinLengths skinLengths(const SkinParams& params) {

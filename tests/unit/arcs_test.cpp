@@ -3,22 +3,18 @@
 #include "exact/snapped_particles.h"
 #include "skin/ball_boundary.h"
 #include "skin/coverage.h"
-#include "skin/faces.h"
 #include "skin/velocity.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <random>
 
 namespace betamesh {
 namespace {
 
-constexpr double kRadius = 1.5, kLongest = 0.25, kLongestInCalm = 0.4;
+constexpr double kRadius = 1.5, kLongest = 0.25;
 using Line = std::vector<Vec3>;
 
 struct Arcs {
@@ -26,13 +22,12 @@ struct Arcs {
     ArcNetwork network;
 };
 
-Arcs arcsOf(const Particles& particles, double flat_angle) {
+Arcs arcsOf(const Particles& particles) {
     const SnappedParticles snapped = snapParticles(particles, kRadius);
     BallBoundary boundary = ballBoundary(snapped, exposureCandidates(snapped));
-    groupFaces(snapped, boundary);
     const std::vector<DualVec3> balls = ballCentres(boundary, particles);
     ArcNetwork network = arcPoints(boundary, balls, boundaryVertices(particles, snapped, boundary, balls),
-                                   {kLongest, 0, Appearance::gradual, flat_angle});
+                                   {kLongest, 0, Appearance::gradual});
     return {std::move(boundary), std::move(network)};
 }
 
@@ -41,7 +36,7 @@ std::vector<Line> linesOf(const std::vector<Vec3>& centres) {
     Particles particles;
     for (const Vec3& centre : centres) particles.position.emplace_back(centre);
     particles.velocity.assign(particles.size(), Vec3f(0));
-    const auto [boundary, network] = arcsOf(particles, 0);
+    const auto [boundary, network] = arcsOf(particles);
     std::vector<Line> lines;
     for (std::size_t a = 0; a < network.arc_start.size(); ++a) {
         const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
@@ -163,72 +158,6 @@ TEST(ArcPoints, AreTheSameWhicheverBallComesFirst) {
 }
 
 // So many a side, a spacing of 1 apart, but for a quarter of that.
-Particles jitteredBlock(int nx, int ny, int nz) {
-    std::mt19937 random(1);
-    std::uniform_real_distribution<float> jitter(-0.25F, 0.25F);
-    std::normal_distribution<float> speed(0, 1);
-    Particles particles;
-    for (int x = 0; x < nx; ++x)
-        for (int y = 0; y < ny; ++y)
-            for (int z = 0; z < nz; ++z) {
-                particles.position.emplace_back(static_cast<float>(x) + jitter(random),
-                                                static_cast<float>(y) + jitter(random),
-                                                static_cast<float>(z) + jitter(random));
-                particles.velocity.emplace_back(speed(random), speed(random), speed(random));
-            }
-    return particles;
-}
-
-std::size_t pointsWith(const Particles& particles, double flat_angle) {
-    return arcsOf(particles, flat_angle).network.point.size();
-}
-
-TEST(ArcPoints, InTheSurfaceOfALiquidAndOfSheetsAreFewer) {
-    for (const int nz : {8, 1}) {
-        const Particles particles = jitteredBlock(16, 16, nz);
-        EXPECT_LT(pointsWith(particles, kLongestInCalm), 0.9 * static_cast<double>(pointsWith(particles, 0))) << nz;
-    }
-}
-
-TEST(ArcPoints, OfDropsAndThreadsAreAsMany) {
-    for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, {2, 1, 1}, {2, 2, 1}, {24, 1, 1}}) {
-        const Particles particles = jitteredBlock(nx, ny, nz);
-        EXPECT_EQ(pointsWith(particles, kLongestInCalm), pointsWith(particles, 0)) << nx << ' ' << ny << ' ' << nz;
-    }
-}
-
-TEST(ArcPoints, AreFewerByDegreesThatChangeAsTheySay) {
-    constexpr float kStep = 1e-3F;
-    const Particles now = jitteredBlock(12, 12, 6);
-    const auto at = [&](float time) {
-        Particles moved = now;
-        for (std::size_t i = 0; i < moved.size(); ++i) moved.position[i] += moved.velocity[i] * time;
-        return arcsOf(moved, kLongestInCalm);
-    };
-    const Arcs before = at(-kStep), middle = at(0), after = at(kStep);
-    const auto calmOf = [](const Arcs& arcs) {  // by row of the particle, where its ball has one face
-        std::vector<int> faces(arcs.boundary.row.size());
-        for (const std::uint32_t ball : arcs.boundary.face_ball) ++faces[ball];
-        std::map<std::uint32_t, Dual> calm;
-        for (std::size_t h = 0; h < arcs.network.flatness.size(); ++h) {
-            const std::uint32_t ball = arcs.boundary.triangle[h / 3][h % 3];
-            if (faces[ball] == 1) calm[arcs.boundary.row[ball]] = arcs.network.flatness[h];
-        }
-        return calm;
-    };
-    const auto first = calmOf(before), last = calmOf(after);
-    int between = 0, as_said = 0;
-    for (const auto& [row, calm] : calmOf(middle)) {
-        EXPECT_GE(calm.value, 0);
-        EXPECT_LE(calm.value, 1);
-        if (calm.value == 0 || calm.value == 1 || !first.count(row) || !last.count(row)) continue;
-        const double rate = (last.at(row).value - first.at(row).value) / (2 * kStep);
-        ++between;
-        as_said += std::abs(rate - calm.rate) < 0.05 * (1 + std::abs(calm.rate));
-    }
-    EXPECT_GT(between, 20);
-    EXPECT_GT(as_said, 0.9 * between);  // the others meet new neighbours just then
-}
 
 }  // namespace
 }  // namespace betamesh
