@@ -344,6 +344,7 @@ std::uint64_t hashOf(const Vec3& p) {
 struct LocalSpacing {
     Vec3f position;
     double spacing;
+    bool is_clumped;  // another particle is nearer than half the mean distance to the six nearest
 };
 
 std::vector<LocalSpacing> localSpacingsAt(const NearestFinder& finder, int dimension) {
@@ -356,8 +357,12 @@ std::vector<LocalSpacing> localSpacingsAt(const NearestFinder& finder, int dimen
             const double mean = finder.meanDistance(point);
             if (!std::isfinite(mean)) return;
             Scatter neighbours;
-            finder.forEachWithin(point, 2 * mean, [&](const Vec3& offset) { neighbours.add(offset); });
-            of_leaves[l].push_back({Vec3f(point), mean * factor(neighbours.dimension())});
+            bool is_clumped = false;
+            finder.forEachWithin(point, 2 * mean, [&](const Vec3& offset) {
+                neighbours.add(offset);
+                is_clumped |= offset != Vec3(0) && offset.length2() < mean * mean / 4;
+            });
+            of_leaves[l].push_back({Vec3f(point), mean * factor(neighbours.dimension()), is_clumped});
         });
     });
     return concatenate(of_leaves);
@@ -387,9 +392,12 @@ std::optional<double> medianSixNearest(const NearestFinder& finder) {
 
 bool SpacingEstimator::add(std::vector<Vec3f> positions) {
     const NearestFinder finder(std::move(positions));
-    const std::vector<double> local = localSpacings(finder, dimension_);
+    const std::vector<LocalSpacing> local = localSpacingsAt(finder, dimension_);
     if (!first_median_) first_median_ = medianSixNearest(finder);
-    local_.insert(local_.end(), local.begin(), local.end());
+    for (const LocalSpacing& at : local) {
+        local_.push_back(at.spacing);
+        clumped_ += at.is_clumped;
+    }
     return !local.empty();
 }
 
@@ -403,7 +411,8 @@ std::optional<SpacingEstimate> SpacingEstimator::estimate() const {
         return *at;
     };
     const bool agrees = first_median_ && std::abs(*first_median_ - typical) <= kAgreement * typical;
-    return SpacingEstimate{agrees ? *first_median_ : typical, percentile(5), percentile(95)};
+    return SpacingEstimate{agrees ? *first_median_ : typical, percentile(5), percentile(95),
+                           static_cast<double>(clumped_) / static_cast<double>(local_.size())};
 }
 
 std::optional<SpacingEstimate> spacingOf(std::vector<Vec3f> positions, int dimension) {

@@ -1,5 +1,6 @@
 // The particle spacing that a job uses, and what it says about it.
 
+#include "base/random.h"
 #include "support/job_folder.h"
 
 namespace betamesh {
@@ -56,6 +57,24 @@ TEST_F(JobSpacing, FilesMeshedOneByOneWithTheSpacingOfTheLogAreThoseOfTheSequenc
     EXPECT_EQ(meshesIn("out"), meshes);
     for (const char* chunk : {"1/2", "2/2"}) ASSERT_EQ(mesh({"--chunk", chunk, "--overwrite"}).exit_code, 0);
     EXPECT_EQ(meshesIn("out"), meshes);
+}
+
+TEST_F(JobSpacing, UnevenlySpacedParticlesAreAdvisedThePresetForThem) {
+    const auto isAdvised = [&](const std::vector<std::string>& options) {
+        const Outcome outcome = mesh(options);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err.find("--preset flip") != std::string::npos;
+    };
+    writeFrame(1, box(10, 10, 10));
+    EXPECT_FALSE(isAdvised({}));
+    Random random(1);
+    Particles seeded = box(10, 10, 10);
+    for (Vec3f& p : seeded.position) p = Vec3f(random.cube() * (5 * kSpacing));
+    writeFrame(1, seeded);
+    EXPECT_TRUE(isAdvised({"--overwrite"}));
+    EXPECT_FALSE(isAdvised({"--overwrite", "--preset", "flip"}));
+    EXPECT_FALSE(isAdvised({"--overwrite", "--radius", "2dx"}));
+    EXPECT_FALSE(isAdvised({"--overwrite", "--spacing", "0.1"}));
 }
 
 TEST_F(JobSpacing, ARadiusInTheWrongUnitIsAskedAbout) {

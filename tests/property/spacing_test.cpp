@@ -142,6 +142,17 @@ TEST(SpacingEstimate, OfASequenceIsNotThatOfItsFirstFrame) {
     }
 }
 
+TEST(SpacingEstimate, TellsRandomSeedingFromEvenSpacing) {
+    const auto clumped = [](const Points& points) { return spacingOf(points).value().clumped; };
+    const auto isInBlock = [](int x, int y, int z) { return x < 12 && y < 12 && z < 12; };
+    for (const double jitter : {0.0, 0.1, 0.2, 0.25}) EXPECT_LE(clumped(lattice(isInBlock, jitter)), 0.05) << jitter;
+    EXPECT_GE(clumped(spray(2000, 1)), 0.15);
+    Points pairs = lattice(isInBlock);
+    const std::size_t half = pairs.size() / 2;
+    for (std::size_t i = 0; i < half; ++i) pairs.push_back(pairs[i] + Vec3f(0.02F, 0, 0));
+    EXPECT_NEAR(clumped(pairs), 2.0 / 3, 0.05);
+}
+
 TEST(SpacingEstimate, InTwoDimensionsIsTheMeanDistanceInAPlane) {
     const Points sheet = lattice([](int, int, int z) { return z == 3; }, 0);
     EXPECT_EQ(spacingOf(sheet, 2).value().spacing, medianSixNearest(sheet).value());

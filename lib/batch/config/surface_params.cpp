@@ -23,8 +23,22 @@ constexpr double kMostSpacingInSizes = 1.5;  // usual distance between particles
 constexpr double kWrongRadius = 50, kWrongRadiusOfMany = 10;
 constexpr std::size_t kMany = 5000;  // particles
 
+// SpacingEstimate::clumped from which on particles are as unevenly spaced as in FLIP, and the radius, in spacings, from
+// which on balls close the gaps between them.
+constexpr double kClumped = 0.12, kClosesGaps = 2;
+
 ResolvedRadius resolvedRadius(const Length& radius, double spacing, std::string source) {
-    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(source), {}};
+    return {radius.in_spacings ? radius.value * spacing : radius.value, spacing, std::move(source), {}, {}};
+}
+
+/// Advice for the log where small balls would leave gaps between unevenly spaced particles.
+std::string adviceOnRadius(const Config::Surface& surface, const SpacingEstimate& estimate) {
+    const bool has_gaps = estimate.clumped > kClumped && surface.radius.value < kClosesGaps;
+    if (!has_gaps || surface.kind != SurfaceKind::beta || surface.tessellation != Tessellation::complete) return {};
+    return "the particles are as unevenly spaced as those of FLIP: " +
+           std::to_string(static_cast<int>(100 * estimate.clumped)) +
+           " % have another one nearer than half the usual distance. --preset flip closes the gaps that show as pits "
+           "and pinholes";
 }
 
 /// The paper's smoothing needs its tessellation.
@@ -183,9 +197,12 @@ std::optional<ResolvedRadius> measuredRadius(const Config& config, const Measure
                     " To use this radius nevertheless, give the spacing as well (--spacing, surface.spacing).");
     if (given) return given;
     if (!found) return std::nullopt;
-    return resolvedRadius(config.surface.radius, found->spacing,
-                          "measured in " + measured.where + ", where the local spacing of 90 % of the particles is " +
-                              shortNumber(found->low) + " to " + shortNumber(found->high));
+    ResolvedRadius resolved =
+        resolvedRadius(config.surface.radius, found->spacing,
+                       "measured in " + measured.where + ", where the local spacing of 90 % of the particles is " +
+                           shortNumber(found->low) + " to " + shortNumber(found->high));
+    resolved.advice = adviceOnRadius(config.surface, *found);
+    return resolved;
 }
 
 void reconcileSurface(Config& config, std::vector<std::string>& warnings) {
