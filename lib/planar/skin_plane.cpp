@@ -28,7 +28,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kSmoothingWidth = 2.8;       // radii
+constexpr double kCurveSmoothingWidth = 2.8;  // radii
 constexpr int kDirections = 24;               // points of a circle: a sagitta of 0.009 radii
 constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a flat surface are about an eighth turn
 constexpr double kSkinWidth = 5.4;            // spacings: radius of the widest fit that smooths a skin
@@ -229,7 +229,7 @@ void smooth(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, co
             params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
         smoothSkin(curve, {lengthUnit(params), widest, params.passes});
     } else if (isSmoothedCoherently(params)) {
-        const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+        const double width = params.smoothing_width > 0 ? params.smoothing_width : kCurveSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
     if (params.resolve_intersections && usesPaperTessellation(params)) resolveIntersections(boundary, discs, curve);

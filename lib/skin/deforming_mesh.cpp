@@ -103,12 +103,12 @@ void DeformingMesh::listConstraints() {
             const FadingVertex& fading = group[i];
             all[i] = {fading.vertex,
                       static_cast<std::uint32_t>(i),
-                      fading.anchor,
+                      fading.support,
                       {},
                       static_cast<float>(fading.fade.value),
                       static_cast<std::uint32_t>(g)};
             constraint_of_[fading.vertex] = &all[i];
-            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.anchor_weight[k].value);
+            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.support_weight[k].value);
         });
         for (const Constraint& v : all) in_group[v.vertex] = 1;
         const auto isDependent = [&](const Constraint& v) {

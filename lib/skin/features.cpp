@@ -123,7 +123,7 @@ void removeComponents(BetaMesh& mesh, const Components& components, const std::v
         std::erase_if(group, isGone);
         for (FadingVertex& fading : group) {
             fading.vertex = new_index[fading.vertex];
-            for (std::uint32_t& v : fading.anchor) v = new_index[v];
+            for (std::uint32_t& v : fading.support) v = new_index[v];
         }
     }
     std::erase_if(mesh.volume_offsets, isGone);

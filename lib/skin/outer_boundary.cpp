@@ -175,7 +175,7 @@ std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwor
     for (const FadingVertex& fading : network.fading) {
         const float moved = weight[fading.vertex] * static_cast<float>(1 - fading.fade.value);
         weight[fading.vertex] -= moved;
-        for (const std::size_t k : {0U, 1U}) weight[fading.anchor[k]] += moved / 2;
+        for (const std::size_t k : {0U, 1U}) weight[fading.support[k]] += moved / 2;
     }
     return weight;
 }

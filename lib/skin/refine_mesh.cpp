@@ -32,8 +32,8 @@ std::vector<float> DeformingMesh::fadeWeights() const {
 // Weighs the diagonals of quads by the fade weights of their ends, because quads appear and vanish with such corners.
 void DeformingMesh::weighDiagonals(const std::vector<float>& fade) {
     for (FadingVertex& fading : mesh_.fading[kInQuads]) {
-        const auto& [a, b, c, d] = fading.anchor;
-        const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
+        const auto& [a, b, c, d] = fading.support;
+        const double of_other = fading.support_weight[2].value + fading.support_weight[3].value;
         const double edge = (1 - of_other) * fade[a] * fade[b], other = of_other * fade[c] * fade[d];
         if (edge + other > 0) placeOnDiagonals(fading, other / (edge + other), 0);
     }
@@ -45,13 +45,13 @@ void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, doub
     Vec3 step(0);
     for (std::size_t k = 0; k < 4; k += 2) {
         const double share = k == 0 ? 1 - of_other : of_other;
-        const double sum = fading.anchor_weight[k].value + fading.anchor_weight[k + 1].value;
-        double of_first = sum > 0 ? fading.anchor_weight[k].value / sum : 0.5;
+        const double sum = fading.support_weight[k].value + fading.support_weight[k + 1].value;
+        double of_first = sum > 0 ? fading.support_weight[k].value / sum : 0.5;
         of_first += (0.5 - of_first) * middle;
         for (const std::size_t m : {k, k + 1}) {
             const double weight = share * (m == k ? of_first : 1 - of_first);
-            step += position_[fading.anchor[m]] * (weight - fading.anchor_weight[m].value);
-            fading.anchor_weight[m] = weight;
+            step += position_[fading.support[m]] * (weight - fading.support_weight[m].value);
+            fading.support_weight[m] = weight;
         }
     }
     position_[fading.vertex] += step;
@@ -131,18 +131,18 @@ void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
         double all = 0;
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = 0; j < i; ++j) {
-                const double both = fading.anchor_weight[i].value * fading.anchor_weight[j].value;  // 1/4 in a middle
-                if (both > 0) all += 4 * both * demand(fading.anchor[j], fading.anchor[i]);
+                const double both = fading.support_weight[i].value * fading.support_weight[j].value;  // 1/4 in a middle
+                if (both > 0) all += 4 * both * demand(fading.support[j], fading.support[i]);
             }
         if (all > 0) raise(fading, std::min(all, 1.0));
     }
     for (const std::size_t group : {kOnEdges, kInQuads, kFirstRefinement, kFirstRefinement + 1})
         for (FadingVertex& fading : mesh_.fading[group]) {
-            const auto& from = fading.anchor;
+            const auto& from = fading.support;
             std::array<double, 2> share, demanded;  // of each diagonal, or of the edge
             double all = 0;
             for (const std::size_t k : {0U, 1U}) {
-                share[k] = fading.anchor_weight[2 * k].value + fading.anchor_weight[2 * k + 1].value;
+                share[k] = fading.support_weight[2 * k].value + fading.support_weight[2 * k + 1].value;
                 demanded[k] = share[k] > 0 ? share[k] * demand(from[2 * k], from[2 * k + 1]) : 0;
                 all += demanded[k];
             }
@@ -151,7 +151,7 @@ void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
             for (const std::size_t k : {0U, 1U})
                 if (on_curves && demanded[k] > 0)
                     position_[fading.vertex] +=
-                        curveOffset(from[2 * k], from[2 * k + 1], fading.anchor_weight[2 * k + 1].value / share[k],
+                        curveOffset(from[2 * k], from[2 * k + 1], fading.support_weight[2 * k + 1].value / share[k],
                                     demand.normal) *
                         (demanded[k] * (1 - fading.fade.value));
             raise(fading, all);
@@ -202,7 +202,7 @@ void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
         Vec3 position(0);
         double scale = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            fading.anchor_weight[k] = weight[k];
+            fading.support_weight[k] = weight[k];
             fading.unfaded = fading.unfaded + mesh_.vertex[from[k]] * weight[k];
             position += position_[from[k]] * weight[k];
             scale += static_cast<double>(this->scale(from[k])) * weight[k];

@@ -49,8 +49,8 @@ void moveToSupports(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
             if (!is_corner[fading.vertex]) continue;
             std::size_t largest = 0;
             for (std::size_t k = 1; k < 4; ++k)
-                if (fading.anchor_weight[k].value > fading.anchor_weight[largest].value) largest = k;
-            mesh.vertex[fading.vertex].position = mesh.vertex[fading.anchor[largest]].position;
+                if (fading.support_weight[k].value > fading.support_weight[largest].value) largest = k;
+            mesh.vertex[fading.vertex].position = mesh.vertex[fading.support[largest]].position;
         }
 }
 

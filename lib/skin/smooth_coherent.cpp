@@ -321,7 +321,7 @@ void limitDisplacements(Displacements& moves) {
 void blendFadingVertices(BetaMesh& mesh) {
     const auto blended = [&](const FadingVertex& fading) {
         DualVec3 from;
-        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.anchor[k]] * fading.anchor_weight[k];
+        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.support[k]] * fading.support_weight[k];
         return mesh.vertex[fading.vertex] * fading.fade + from * (1 - fading.fade);
     };
     for (const std::vector<FadingVertex>& group : mesh.fading) {

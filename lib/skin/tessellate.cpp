@@ -147,7 +147,7 @@ public:
                                 weight,
                                 ball_.vertexAt(ball_.face_point[i])};
             attachToFlippingEdge(ring_, fading);
-            for (std::uint32_t& corner : fading.anchor) corner = number_[corner];
+            for (std::uint32_t& corner : fading.support) corner = number_[corner];
             part_.fading.push_back(fading);
         }
     }
@@ -223,7 +223,7 @@ private:
     void attachToFlippingEdge(std::span<const std::uint32_t> ring, FadingVertex& fading) const {
         const std::vector<Vec3>& at = ball_.on_grid;
         const double farthest = ball_.placement.flipDistance();
-        const auto [corner, weight] = std::pair(fading.anchor, fading.anchor_weight);
+        const auto [corner, weight] = std::pair(fading.support, fading.support_weight);
         double closest = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
@@ -236,10 +236,10 @@ private:
             const std::array<Dual, 2> on_edge{edge->weight[0] / edge_weight, edge->weight[1] / edge_weight};
             const Dual of_first = weight[k] / on_edge[0], of_second = weight[l] / on_edge[1];
             const Dual flip_weight = of_first.value < of_second.value ? of_first : of_second;
-            fading.anchor = {a, b, c, d};
-            fading.anchor_weight = {weight[k] + flip_weight * (edge->weight[0] - on_edge[0]),
-                                    weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
-                                    weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
+            fading.support = {a, b, c, d};
+            fading.support_weight = {weight[k] + flip_weight * (edge->weight[0] - on_edge[0]),
+                                     weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
+                                     weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
         }
     }
 
@@ -388,7 +388,7 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
             for (const FadingVertex& vertex : from) {
                 *to = vertex;
                 to->vertex = numbered(vertex.vertex);
-                for (std::uint32_t& v : to->anchor) v = numbered(v);
+                for (std::uint32_t& v : to->support) v = numbered(v);
                 ++to;
             }
         };
