@@ -25,6 +25,7 @@
 #include "skin/unfold.h"
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
+#include "skin/voids.h"
 #include "skin/walls.h"
 
 #include <array>
