@@ -11,6 +11,13 @@
 
 namespace betamesh {
 
+/// A vector, shortened to the length `longest` if it is longer.
+template <typename Number>
+Imath::Vec3<Number> limitedTo(const Imath::Vec3<Number>& vector, Number longest) {
+    const Number length = vector.length();
+    return length > longest ? vector * (longest / length) : vector;
+}
+
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex represents.
 ///
 /// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::fade)

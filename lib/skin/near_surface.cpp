@@ -5,6 +5,7 @@
 #include "betamesh/error.h"
 #include "skin/coverage.h"
 #include "skin/particle_sizes.h"
+#include "skin/skin_lengths.h"
 
 #include <algorithm>
 #include <atomic>
@@ -90,7 +91,7 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
 double reachOfSkin(const SkinParams& params, bool different_radii) {
     const double skin = effectiveSkinDepth(params);
     if (!(skin > 0)) return 0;
-    const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
+    const double rolling = rollingRadius(params.radius, skin);
     return params.radius + 2 * rolling + skin + particleSpacing(params) + (different_radii ? rolling + 2 * skin : 0);
 }
 
