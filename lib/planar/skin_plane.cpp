@@ -274,15 +274,19 @@ void requireOnePlane(const Particles& particles) {
     }
 }
 
+void requireUsable(const Particles& particles, const SkinParams& params) {
+    requirePlanar(params);
+    requireScale(params);
+    requireSkin(params);
+    requireOnePlane(particles);
+    requireAttributesNamed(particles, params.attributes);
+}
+
 }  // namespace
 
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
-    requirePlanar(reference);
-    requireScale(reference);
-    requireSkin(reference);
-    requireOnePlane(particles);
-    requireAttributesNamed(particles, reference.attributes);
+    requireUsable(particles, reference);
     const SizedParticles sized{particles, particleSizes(particles, reference)};
     const std::vector<double>& radii = sized.sizes.radius;
     const SkinParams params =
