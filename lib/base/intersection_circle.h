@@ -6,6 +6,13 @@
 
 namespace betamesh {
 
+/// How far the plane in which two spheres meet is from the centre of the first, in radii of that; negative on the side
+/// away from the second. distance: of the centres; Number: double or Dual.
+template <typename Number>
+Number heightOfIntersection(const Number& distance, const Number& radius, const Number& other_radius) {
+    return (distance + (radius * radius - other_radius * other_radius) / distance) / (2 * radius);
+}
+
 /// Angles are measured counter-clockwise round the axis from sphere a to sphere b. setZeroTowards() or
 /// setZeroAnywhere() chooses the direction of angle zero and has to be called before angles are used.
 class IntersectionCircle {

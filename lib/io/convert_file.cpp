@@ -162,6 +162,21 @@ Units unitsOf(const FileUnits& units, const FileFormat& format, const Conversion
     return result;
 }
 
+void convertParticles(FileContents contents, const std::string& file, const fs::path& to,
+                      const ConversionOptions& given, const Units& units, const WriteOptions& options,
+                      Conversion& done) {
+    if (given.on_bad_particle == OnBadParticle::drop) {
+        const std::string bad = dropBadParticles(file, contents);
+        done.points = contents.position.size();
+        if (!bad.empty()) done.warnings.push_back(bad);
+    }
+    Particles particles = particlesFrom(std::move(contents), {}, file);
+    if (units.turns_to_y) particles = withYUp(std::move(particles));
+    dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
+    noteNames(to, done.kind, particles.attributes, done.warnings);
+    writeParticles(to, particles, options);
+}
+
 }  // namespace
 
 Conversion convertFile(const fs::path& from, const fs::path& to, const ConversionOptions& given) {
@@ -191,16 +206,7 @@ Conversion convertFile(const fs::path& from, const fs::path& to, const Conversio
     noteReading(contents, done.warnings);
     const std::string file = from.string();
     if (done.kind == FileKind::particles) {
-        if (given.on_bad_particle == OnBadParticle::drop) {
-            const std::string bad = dropBadParticles(file, contents);
-            done.points = contents.position.size();
-            if (!bad.empty()) done.warnings.push_back(bad);
-        }
-        Particles particles = particlesFrom(std::move(contents), {}, file);
-        if (units.turns_to_y) particles = withYUp(std::move(particles));
-        dropLargeIds(formatOf(to, done.kind, Access::write), particles, done.warnings);
-        noteNames(to, done.kind, particles.attributes, done.warnings);
-        writeParticles(to, particles, options);
+        convertParticles(std::move(contents), file, to, given, units, options, done);
         return done;
     }
     if (!contents.id.empty()) {  // surfaces have no ids: `id` is an ordinary attribute

@@ -313,51 +313,51 @@ std::string inexactIntegers(const std::vector<Column>& columns, const std::vecto
     return {};
 }
 
-}  // namespace
-
-FileContents parseTable(Cursor in, const ReadOptions& options) {
-    Lines lines(in);
+/// The rows of a table as they are read line by line, and what stands before them.
+struct Table {
     std::vector<std::string> names;
     std::vector<bool> is_quoted;  // of each name
     std::vector<Column> columns;
-    bool has_names = false, has_element = false;
-    std::optional<std::int64_t> atoms;  // as .xyz of chemistry says at its beginning
-    std::size_t line_of_names = 0;      // or of the first row
-    std::vector<std::size_t> line_of;   // of each row
-    const auto makeColumns = [&] {
+    bool has_names = false, has_element = false;  // has_element: the first cell of each row is no number
+    std::optional<std::int64_t> atoms;            // as .xyz of chemistry says at its beginning
+    std::size_t line_of_names = 0;                // or of the first row
+    std::vector<std::size_t> line_of;             // of each row
+
+    void makeColumns(const std::string& id) {
         is_quoted.resize(names.size());
-        const std::vector<bool> whole = wholeColumns(names, is_quoted, options.id);
+        const std::vector<bool> whole = wholeColumns(names, is_quoted, id);
         for (std::size_t c = 0; c < names.size(); ++c) columns.push_back({.name = names[c], .is_whole = whole[c]});
-    };
-    while (auto line = lines.next()) {
-        const std::size_t first = line->find_first_not_of(" \t,;");
-        if (first == std::string::npos || line->at(first) == '#') continue;
-        const std::size_t line_number = lines.number();
-        auto [cells, quotes] = nextCells(lines, std::move(*line));
-        if (cells.empty()) continue;
-        if (columns.empty()) {
-            const bool numeric = numberOf(cells[0]).has_value();
-            const auto count = cells.size() == 1 && !has_names ? integerOf(cells[0]) : std::nullopt;
-            if (count && *count >= 0) {  // .xyz of chemistry: a count, then a comment
-                atoms = count;
-                lines.next();
-                continue;
-            }
-            has_element = atoms && !numeric;
-            if (!has_names) line_of_names = line_number;
-            if (!numeric && !has_element && !has_names) {
-                has_names = true;
-                names = std::move(cells);
-                is_quoted = std::move(quotes);
-                continue;
-            }
-            const std::size_t width = cells.size() - has_element;
-            if (!has_names)
-                for (std::size_t c = 0; c < width; ++c)
-                    names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c))
-                                          : "column" + std::to_string(c + 1));
-            makeColumns();
+    }
+
+    /// Returns whether these cells, which no row precedes, are the first row; otherwise takes what they say.
+    /// line_number: of the line in which they begin
+    bool isFirstRow(Cells& line, std::size_t line_number, Lines& lines) {
+        auto& [cells, quotes] = line;
+        const bool numeric = numberOf(cells[0]).has_value();
+        const auto count = cells.size() == 1 && !has_names ? integerOf(cells[0]) : std::nullopt;
+        if (count && *count >= 0) {  // .xyz of chemistry: a count, then a comment
+            atoms = count;
+            lines.next();
+            return false;
         }
+        has_element = atoms && !numeric;
+        if (!has_names) line_of_names = line_number;
+        if (!numeric && !has_element && !has_names) {
+            has_names = true;
+            names = std::move(cells);
+            is_quoted = std::move(quotes);
+            return false;
+        }
+        return true;
+    }
+
+    /// width: number of columns
+    void nameColumns(std::size_t width) {
+        for (std::size_t c = 0; c < width; ++c)
+            names.push_back(c < 3 ? std::string(1, static_cast<char>('x' + c)) : "column" + std::to_string(c + 1));
+    }
+
+    void addRow(std::vector<std::string> cells, const Lines& lines) {
         if (has_element) cells.erase(cells.begin());
         while (cells.size() > names.size() && cells.back().empty()) cells.pop_back();
         if (cells.size() != names.size())
@@ -366,57 +366,114 @@ FileContents parseTable(Cursor in, const ReadOptions& options) {
         for (std::size_t c = 0; c < names.size(); ++c) columns[c].add(cells[c], lines.number());
         line_of.push_back(lines.number());
     }
-    if (lines.number() == 0) throw Error(in.file() + ": 0 bytes, expected the names of columns or rows of numbers");
-    if (atoms && static_cast<std::int64_t>(line_of.size()) < *atoms)
-        throw Error(in.file() + ": has " + std::to_string(line_of.size()) + " rows of atoms, expected " +
-                    std::to_string(*atoms) + ", as it says at its beginning");
-    FileContents contents;
-    contents.format = has_names ? "table with named columns" : "table without names";
-    contents.has_double_positions = true;
-    if (names.empty()) names = {"x", "y", "z"};
-    if (columns.empty()) makeColumns();
-    std::set<std::string> known;
-    std::string renamed;
-    const std::string where = in.file() + ": line " + std::to_string(line_of_names) + ": ";
-    for (const Meaning& meaning : meaningsOf(names, where, contents.warnings)) {
-        const auto faulty = std::ranges::find_if(meaning.columns, [&](auto c) { return !columns[c].fault.empty(); });
-        if (faulty != meaning.columns.end()) {
-            const std::string& fault = columns[*faulty].fault;
-            if (meaning.name == "P" || isVelocity(meaning.name) || attributeName(meaning.name) == options.id ||
-                (options.needs && options.needs(meaning.name)))
-                throw Error(in.file() + ": " + fault);
-            contents.warnings.push_back("attribute '" + meaning.name + "' is left out: " + fault);
-            continue;
+};
+
+/// id: name of the attribute that identifies particles
+Table readTable(Cursor& in, const std::string& id) {
+    Lines lines(in);
+    Table table;
+    while (auto line = lines.next()) {
+        const std::size_t first = line->find_first_not_of(" \t,;");
+        if (first == std::string::npos || line->at(first) == '#') continue;
+        const std::size_t line_number = lines.number();
+        Cells cells = nextCells(lines, std::move(*line));
+        if (cells.text.empty()) continue;
+        if (table.columns.empty()) {
+            if (!table.isFirstRow(cells, line_number, lines)) continue;
+            if (!table.has_names) table.nameColumns(cells.text.size() - table.has_element);
+            table.makeColumns(id);
         }
-        const auto width = static_cast<std::uint32_t>(meaning.columns.size());
-        const std::string name = attributeName(meaning.name);
-        if (!known.insert(name).second) {
-            contents.warnings.push_back("column '" + meaning.name +
-                                        "' is left out, because an earlier one is called '" + name + "' as well");
-            continue;
-        }
-        if (name != meaning.name) renamed += (renamed.empty() ? "'" : ", '") + meaning.name + "' to '" + name + "'";
-        const bool is_vector = meaning.name == "P" || (isVelocity(name) && width > 1);
-        const bool whole =
-            !is_vector && std::ranges::all_of(meaning.columns, [&](std::size_t c) { return columns[c].is_whole; });
-        if (const std::string inexact = inexactIntegers(columns, meaning.columns);
-            !whole && !is_vector && !inexact.empty())
-            contents.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + inexact +
-                                        ". Names in quotes, as in x,y,z,\"key\", mark columns of whole numbers");
-        contents.declared.push_back({name, whole ? "int64" : "number", width, ""});
-        NumberColumn numbers = numbersOf(columns, meaning.columns, whole);
-        if (meaning.name != "P") {
-            addColumn(name, width, std::move(numbers), line_of.size(), options, in.file(), contents);
-            continue;
-        }
-        for (const std::size_t c : meaning.columns)
-            if (auto lost = firstTooLarge(names[c], 1, {columns[c].real, {}}))
-                contents.lost_numbers.push_back(std::move(*lost));
-        contents.position = positionsFrom(numbers, 3, options.origin);
+        table.addRow(std::move(cells.text), lines);
     }
-    if (!renamed.empty())
-        contents.warnings.push_back("columns without a name, or with white space in it, are renamed: " + renamed);
-    for (LostNumber& lost : contents.lost_numbers) lost.line = line_of[static_cast<std::size_t>(lost.particle)];
+    if (lines.number() == 0) throw Error(in.file() + ": 0 bytes, expected the names of columns or rows of numbers");
+    if (table.atoms && static_cast<std::int64_t>(table.line_of.size()) < *table.atoms)
+        throw Error(in.file() + ": has " + std::to_string(table.line_of.size()) + " rows of atoms, expected " +
+                    std::to_string(*table.atoms) + ", as it says at its beginning");
+    if (table.names.empty()) table.names = {"x", "y", "z"};
+    if (table.columns.empty()) table.makeColumns(id);
+    return table;
+}
+
+/// Adds the columns of a table to the contents of its file, one meaning after the other.
+class TableContents {
+public:
+    TableContents(const Table& table, const ReadOptions& options, const std::string& file, FileContents& contents)
+        : table_(table), options_(options), file_(file), contents_(contents) {}
+
+    void add(const Meaning& meaning) {
+        if (isLeftOutForFault(meaning)) return;
+        const std::string name = attributeName(meaning.name);
+        if (!known_.insert(name).second) {
+            contents_.warnings.push_back("column '" + meaning.name +
+                                         "' is left out, because an earlier one is called '" + name + "' as well");
+            return;
+        }
+        if (name != meaning.name) renamed_ += (renamed_.empty() ? "'" : ", '") + meaning.name + "' to '" + name + "'";
+        const auto width = static_cast<std::uint32_t>(meaning.columns.size());
+        const bool whole = isWhole(meaning, name);
+        contents_.declared.push_back({name, whole ? "int64" : "number", width, ""});
+        NumberColumn numbers = numbersOf(table_.columns, meaning.columns, whole);
+        if (meaning.name == "P")
+            addPositions(meaning, numbers);
+        else
+            addColumn(name, width, std::move(numbers), table_.line_of.size(), options_, file_, contents_);
+    }
+    /// "'a b' to 'a_b', ..."
+    const std::string& renamed() const { return renamed_; }
+
+private:
+    /// Throws if what cannot be read is needed, otherwise warns.
+    bool isLeftOutForFault(const Meaning& meaning) {
+        const auto faulty =
+            std::ranges::find_if(meaning.columns, [&](auto c) { return !table_.columns[c].fault.empty(); });
+        if (faulty == meaning.columns.end()) return false;
+        const std::string& fault = table_.columns[*faulty].fault;
+        if (meaning.name == "P" || isVelocity(meaning.name) || attributeName(meaning.name) == options_.id ||
+            (options_.needs && options_.needs(meaning.name)))
+            throw Error(file_ + ": " + fault);
+        contents_.warnings.push_back("attribute '" + meaning.name + "' is left out: " + fault);
+        return true;
+    }
+    /// Are the numbers integers? Warns of integers that become floats.
+    bool isWhole(const Meaning& meaning, const std::string& name) {
+        if (meaning.name == "P" || (isVelocity(name) && meaning.columns.size() > 1)) return false;
+        if (std::ranges::all_of(meaning.columns, [&](std::size_t c) { return table_.columns[c].is_whole; }))
+            return true;
+        if (const std::string inexact = inexactIntegers(table_.columns, meaning.columns); !inexact.empty())
+            contents_.warnings.push_back("attribute '" + name + "' becomes floats of single precision: " + inexact +
+                                         ". Names in quotes, as in x,y,z,\"key\", mark columns of whole numbers");
+        return false;
+    }
+    void addPositions(const Meaning& meaning, const NumberColumn& numbers) {
+        for (const std::size_t c : meaning.columns)
+            if (auto lost = firstTooLarge(table_.names[c], 1, {table_.columns[c].real, {}}))
+                contents_.lost_numbers.push_back(std::move(*lost));
+        contents_.position = positionsFrom(numbers, 3, options_.origin);
+    }
+
+    const Table& table_;
+    const ReadOptions& options_;
+    const std::string& file_;
+    FileContents& contents_;
+    std::set<std::string> known_;
+    std::string renamed_;
+};
+
+}  // namespace
+
+FileContents parseTable(Cursor in, const ReadOptions& options) {
+    const Table table = readTable(in, options.id);
+    FileContents contents;
+    contents.format = table.has_names ? "table with named columns" : "table without names";
+    contents.has_double_positions = true;
+    const std::string file = in.file();
+    const std::string where = file + ": line " + std::to_string(table.line_of_names) + ": ";
+    TableContents adder(table, options, file, contents);
+    for (const Meaning& meaning : meaningsOf(table.names, where, contents.warnings)) adder.add(meaning);
+    if (!adder.renamed().empty())
+        contents.warnings.push_back("columns without a name, or with white space in it, are renamed: " +
+                                    adder.renamed());
+    for (LostNumber& lost : contents.lost_numbers) lost.line = table.line_of[static_cast<std::size_t>(lost.particle)];
     return deliverWhole(std::move(contents), options);
 }
 

@@ -7,6 +7,7 @@
 
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace betamesh {
 
@@ -22,5 +23,20 @@ Components componentsOf(std::size_t vertices, std::span<const Triangle> triangle
 /// Signed volume of the tetrahedron of the origin and a triangle; negative where the triangle faces the origin. The sum
 /// over a closed mesh is the volume that it encloses. World units cubed.
 inline double signedVolume(const Vec3& a, const Vec3& b, const Vec3& c) { return dot(a, cross(b, c)) / 6; }
+
+/// Volume enclosed by each component, world units cubed; negative if it faces inwards. positionOf(vertex)
+template <typename PositionOf>
+std::vector<double> enclosedVolumes(const Components& components, std::span<const Triangle> triangles,
+                                    const PositionOf& positionOf) {
+    std::vector<double> volume(components.count, 0);
+    std::vector<std::uint32_t> origin(components.count, kInvalidIndex);
+    for (const Triangle& t : triangles) {
+        const std::uint32_t component = components.of_vertex[t[0]];
+        if (origin[component] == kInvalidIndex) origin[component] = t[0];
+        const Vec3 o = positionOf(origin[component]);
+        volume[component] += signedVolume(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
+    }
+    return volume;
+}
 
 }  // namespace betamesh

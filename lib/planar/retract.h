@@ -5,6 +5,7 @@
 #include "planar/boundary_curves.h"
 #include "planar/scaled_points.h"
 #include "skin/boundary_samples.h"
+#include "skin/skin_lengths.h"
 
 #include <functional>
 
@@ -21,7 +22,7 @@ struct CurveSkin {
     double joining = 0, skin = 0;
     double spacing = 0;  ///< particle spacing: the unit of widths and steps
 
-    double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
+    double rolling() const { return rollingRadius(joining, skin); }
     double outer() const { return skin + rolling(); }
     double reach() const;  ///< distance from the curve within which the outer boundary influences it
 };

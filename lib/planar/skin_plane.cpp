@@ -28,7 +28,7 @@ namespace betamesh {
 
 namespace {
 
-constexpr double kSmoothingWidth = 2.8;       // radii
+constexpr double kCurveSmoothingWidth = 2.8;  // radii
 constexpr int kDirections = 24;               // points of a circle: a sagitta of 0.009 radii
 constexpr int kDirectionsPerSubdivision = 8;  // arcs between neighbours on a flat surface are about an eighth turn
 constexpr double kSkinWidth = 5.4;            // spacings: radius of the widest fit that smooths a skin
@@ -229,7 +229,7 @@ void smooth(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, co
             params.smoothing_width > 0 ? params.smoothing_width : kSkinWidth * particleSpacing(params);
         smoothSkin(curve, {lengthUnit(params), widest, params.passes});
     } else if (isSmoothedCoherently(params)) {
-        const double width = params.smoothing_width > 0 ? params.smoothing_width : kSmoothingWidth * params.radius;
+        const double width = params.smoothing_width > 0 ? params.smoothing_width : kCurveSmoothingWidth * params.radius;
         smoothCoherently(curve, boundarySamples(boundary, discs, vertices), {params.radius, width, params.passes});
     }
     if (params.resolve_intersections && usesPaperTessellation(params)) resolveIntersections(boundary, discs, curve);
@@ -274,15 +274,19 @@ void requireOnePlane(const Particles& particles) {
     }
 }
 
+void requireUsable(const Particles& particles, const SkinParams& params) {
+    requirePlanar(params);
+    requireScale(params);
+    requireSkin(params);
+    requireOnePlane(particles);
+    requireAttributesNamed(particles, params.attributes);
+}
+
 }  // namespace
 
 SkinnedPlane skinPlane(const Particles& particles, const SkinParams& reference, const Watch& watch_or_none) {
     const Watch watch = watch_or_none ? watch_or_none : [](Stage) {};
-    requirePlanar(reference);
-    requireScale(reference);
-    requireSkin(reference);
-    requireOnePlane(particles);
-    requireAttributesNamed(particles, reference.attributes);
+    requireUsable(particles, reference);
     const SizedParticles sized{particles, particleSizes(particles, reference)};
     const std::vector<double>& radii = sized.sizes.radius;
     const SkinParams params =

@@ -130,6 +130,134 @@ FadingVertex* setPoints(const IntersectionCircle& circle, Dual from, Dual angle,
     return fading;
 }
 
+// Makes a network step by step: its arcs, then the lines of arcs and circles, the number of points on each, the points.
+class ArcNetworkMaker {
+public:
+    ArcNetworkMaker(const BallBoundary& boundary, const std::vector<DualVec3>& balls, const ArcSubdivision& subdivision,
+                    ArcNetwork& network)
+        : boundary_(boundary), balls_(balls), subdivision_(subdivision), network_(network) {}
+
+    void listArcs() {
+        network_.arc_of.resize(boundary_.twin.size());
+        network_.arc_start =
+            indicesWhere(boundary_.twin.size(), [&](std::uint32_t h) { return ballOf(h) < ballOf(boundary_.twin[h]); });
+        parallelFor(network_.arc_start.size(), 4096, [&](std::size_t a) {
+            const std::uint32_t start = network_.arc_start[a];
+            network_.arc_of[start] = network_.arc_of[boundary_.twin[start]] = static_cast<std::uint32_t>(a);
+        });
+    }
+
+    void measureLines() {
+        firstTouchResize(network_.line, arcs() + circles());
+        firstTouchResize(network_.arc_angle, arcs());
+        parallelFor(arcs(), 512, [&](std::size_t a) {
+            const std::uint32_t start = network_.arc_start[a], end = boundary_.twin[start];
+            const IntersectionCircle circle = circleOfArc(a);
+            network_.arc_angle[a] = circle.angleOfPoint(network_.point[end / 3], arcAngle(boundary_, circle, start));
+            network_.line[a] = {{ballOf(start), ballOf(end)},
+                                circle.radius(),
+                                circle.radius() * network_.arc_angle[a],
+                                cross(circle.axis(), network_.point[start / 3] - network_.point[end / 3])};
+        });
+        for (std::size_t k = 0; k < circles(); ++k) {
+            const Dual radius = fullCircle(k).radius();
+            network_.line[arcs() + k] = {boundary_.circle[k], radius, radius * kTwoPi, {}};
+        }
+        network_.at_ball =
+            sortedIntoRows<std::uint32_t>(balls_.size(), network_.line.size(), [&](std::size_t l, const auto& visit) {
+                for (const std::uint32_t b : network_.line[l].balls) visit(b, static_cast<std::uint32_t>(l));
+            });
+    }
+
+    void countPoints() {
+        inside_.resize(arcs() + circles());
+        std::vector<std::uint32_t> fading(arcs() + circles());
+        parallelFor(arcs(), 512, [&](std::size_t a) {
+            const Subdivision division = subdivisionOfArc(a);
+            inside_[a] = division.segments() - 1;
+            fading[a] = division.fading();
+        });
+        for (std::size_t k = 0; k < circles(); ++k) {
+            const Subdivision division = subdivisionOfHalf(k);
+            inside_[arcs() + k] = 2 * division.segments();
+            fading[arcs() + k] = 2 * division.fading();
+        }
+        std::vector<std::uint32_t> begin = exclusiveScan(inside_);
+        for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network_.vertices);
+        network_.arc_begin.assign(begin.begin(), begin.begin() + static_cast<std::ptrdiff_t>(arcs() + 1));
+        network_.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs()), begin.end());
+        firstTouchResize(network_.point, begin.back());
+        first_fading_ = exclusiveScan(fading);
+        firstTouchResize(network_.fading, first_fading_.back());
+    }
+
+    void setPointsInsideArcs() {
+        parallelFor(arcs(), 512, [&](std::size_t a) {
+            if (inside_[a] == 0) return;
+            const std::uint32_t start = network_.arc_start[a], end = boundary_.twin[start];
+            const auto pointOf = [&](std::uint32_t m) {
+                return m == 0 ? start / 3 : m > inside_[a] ? end / 3 : network_.arc_begin[a] + m - 1;
+            };
+            setPoints(circleOfArc(a), 0, network_.arc_angle[a], subdivisionOfArc(a), 1, inside_[a], pointOf, network_,
+                      network_.fading.data() + first_fading_[a]);
+        });
+    }
+
+    void setPointsOnCircles() {
+        parallelFor(circles(), 64, [&](std::size_t k) {
+            IntersectionCircle circle = fullCircle(k);
+            circle.setZeroAnywhere();
+            const Subdivision division = subdivisionOfHalf(k);
+            FadingVertex* next = network_.fading.data() + first_fading_[arcs() + k];
+            for (const std::uint32_t half : {0U, 1U}) {
+                const auto pointOf = [&](std::uint32_t m) {
+                    return network_.circle_begin[k] + (half * division.segments() + m) % inside_[arcs() + k];
+                };
+                next = setPoints(circle, half * std::numbers::pi, std::numbers::pi, division, 0,
+                                 division.segments() - 1, pointOf, network_, next);
+            }
+        });
+    }
+
+private:
+    std::size_t arcs() const { return network_.arc_start.size(); }
+    std::size_t circles() const { return boundary_.circle.size(); }
+    // The ball at which a half-edge begins.
+    std::uint32_t ballOf(std::uint32_t h) const { return boundary_.triangle[h / 3][h % 3]; }
+
+    IntersectionCircle circleBetween(std::uint32_t a, std::uint32_t b) const {
+        return IntersectionCircle(balls_[a], boundary_.worldRadiusOf(a), balls_[b], boundary_.worldRadiusOf(b));
+    }
+    // Angles are counted from the arc's first vertex.
+    IntersectionCircle circleOfArc(std::size_t a) const {
+        const std::uint32_t start = network_.arc_start[a];
+        IntersectionCircle circle = circleBetween(ballOf(start), ballOf(boundary_.twin[start]));
+        circle.setZeroTowards(network_.point[start / 3]);
+        return circle;
+    }
+    IntersectionCircle fullCircle(std::size_t k) const {
+        return circleBetween(boundary_.circle[k][0], boundary_.circle[k][1]);
+    }
+
+    Subdivision subdivisionOfArc(std::size_t a) const {
+        const std::uint32_t start = network_.arc_start[a], end = boundary_.twin[start];
+        const bool one_triplet = start / 3 == reverseSide(boundary_, end / 3);
+        return subdivisionOf(network_.arc_angle[a], network_.relativeRadius(a, boundary_), one_triplet ? 2 : 1,
+                             subdivision_);
+    }
+    // Of half a full circle.
+    Subdivision subdivisionOfHalf(std::size_t k) const {
+        return subdivisionOf(std::numbers::pi, network_.relativeRadius(arcs() + k, boundary_), 2, subdivision_);
+    }
+
+    const BallBoundary& boundary_;
+    const std::vector<DualVec3>& balls_;
+    const ArcSubdivision& subdivision_;
+    ArcNetwork& network_;
+    std::vector<std::uint32_t> inside_;        // number of points inside each arc, and on each circle
+    std::vector<std::uint32_t> first_fading_;  // of each arc, then of each circle: its first row of ArcNetwork::fading
+};
+
 }  // namespace
 
 std::vector<float> ArcNetwork::pointMeans(const BallBoundary& boundary,
@@ -157,100 +285,15 @@ std::vector<float> ArcNetwork::pointScales(const BallBoundary& boundary) const {
 
 ArcNetwork arcPoints(const BallBoundary& boundary, const std::vector<DualVec3>& balls, std::vector<DualVec3> vertices,
                      const ArcSubdivision& subdivision) {
-    const auto circleBetween = [&](std::uint32_t a, std::uint32_t b) {
-        return IntersectionCircle(balls[a], boundary.worldRadiusOf(a), balls[b], boundary.worldRadiusOf(b));
-    };
     ArcNetwork network;
     network.vertices = vertices.size();
     network.point = std::move(vertices);
-    network.arc_of.resize(boundary.twin.size());
-    const auto from = [&](std::uint32_t h) { return boundary.triangle[h / 3][h % 3]; };
-    network.arc_start =
-        indicesWhere(boundary.twin.size(), [&](std::uint32_t h) { return from(h) < from(boundary.twin[h]); });
-    parallelFor(network.arc_start.size(), 4096, [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a];
-        network.arc_of[start] = network.arc_of[boundary.twin[start]] = static_cast<std::uint32_t>(a);
-    });
-
-    const std::size_t arcs = network.arc_start.size(), circles = boundary.circle.size();
-    const auto circleOfArc = [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a];
-        IntersectionCircle circle = circleBetween(from(start), from(boundary.twin[start]));
-        circle.setZeroTowards(network.point[start / 3]);
-        return circle;
-    };
-    const auto subdivisionOfArc = [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        const bool one_triplet = start / 3 == reverseSide(boundary, end / 3);
-        return subdivisionOf(network.arc_angle[a], network.relativeRadius(a, boundary), one_triplet ? 2 : 1,
-                             subdivision);
-    };
-    const auto subdivisionOfHalf = [&](std::size_t k) {
-        return subdivisionOf(std::numbers::pi, network.relativeRadius(arcs + k, boundary), 2, subdivision);
-    };
-    const auto circleAt = [&](std::size_t k) { return circleBetween(boundary.circle[k][0], boundary.circle[k][1]); };
-    firstTouchResize(network.line, arcs + circles);
-    firstTouchResize(network.arc_angle, arcs);
-    parallelFor(arcs, 512, [&](std::size_t a) {
-        const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        const IntersectionCircle circle = circleOfArc(a);
-        network.arc_angle[a] = circle.angleOfPoint(network.point[end / 3], arcAngle(boundary, circle, start));
-        network.line[a] = {{from(start), from(end)},
-                           circle.radius(),
-                           circle.radius() * network.arc_angle[a],
-                           cross(circle.axis(), network.point[start / 3] - network.point[end / 3])};
-    });
-    for (std::size_t k = 0; k < circles; ++k) {
-        const Dual of_circle = circleAt(k).radius();
-        network.line[arcs + k] = {boundary.circle[k], of_circle, of_circle * kTwoPi, {}};
-    }
-    network.at_ball =
-        sortedIntoRows<std::uint32_t>(balls.size(), network.line.size(), [&](std::size_t l, const auto& visit) {
-            for (const std::uint32_t b : network.line[l].balls) visit(b, static_cast<std::uint32_t>(l));
-        });
-
-    std::vector<std::uint32_t> inside(arcs + circles), fading_inside(arcs + circles);
-    parallelFor(arcs, 512, [&](std::size_t a) {
-        const Subdivision division = subdivisionOfArc(a);
-        inside[a] = division.segments() - 1;
-        fading_inside[a] = division.fading();
-    });
-    for (std::size_t k = 0; k < circles; ++k) {
-        const Subdivision division = subdivisionOfHalf(k);
-        inside[arcs + k] = 2 * division.segments();
-        fading_inside[arcs + k] = 2 * division.fading();
-    }
-    std::vector<std::uint32_t> begin = exclusiveScan(inside);
-    for (std::uint32_t& b : begin) b += static_cast<std::uint32_t>(network.vertices);
-    network.arc_begin.assign(begin.begin(), begin.begin() + static_cast<std::ptrdiff_t>(arcs + 1));
-    network.circle_begin.assign(begin.begin() + static_cast<std::ptrdiff_t>(arcs), begin.end());
-    firstTouchResize(network.point, begin.back());
-
-    const std::vector<std::uint32_t> fading = exclusiveScan(fading_inside);
-    firstTouchResize(network.fading, fading.back());
-    parallelFor(arcs, 512, [&](std::size_t a) {
-        if (inside[a] == 0) return;
-        const std::uint32_t start = network.arc_start[a], end = boundary.twin[start];
-        const auto pointOf = [&](std::uint32_t m) {
-            return m == 0 ? start / 3 : m > inside[a] ? end / 3 : network.arc_begin[a] + m - 1;
-        };
-        const IntersectionCircle circle = circleOfArc(a);
-        setPoints(circle, 0, network.arc_angle[a], subdivisionOfArc(a), 1, inside[a], pointOf, network,
-                  network.fading.data() + fading[a]);
-    });
-    parallelFor(circles, 64, [&](std::size_t k) {
-        IntersectionCircle circle = circleAt(k);
-        circle.setZeroAnywhere();
-        const Subdivision division = subdivisionOfHalf(k);
-        FadingVertex* next = network.fading.data() + fading[arcs + k];
-        for (const std::uint32_t half : {0U, 1U}) {
-            const auto pointOf = [&](std::uint32_t m) {
-                return network.circle_begin[k] + (half * division.segments() + m) % inside[arcs + k];
-            };
-            next = setPoints(circle, half * std::numbers::pi, std::numbers::pi, division, 0, division.segments() - 1,
-                             pointOf, network, next);
-        }
-    });
+    ArcNetworkMaker maker(boundary, balls, subdivision, network);
+    maker.listArcs();
+    maker.measureLines();
+    maker.countPoints();
+    maker.setPointsInsideArcs();
+    maker.setPointsOnCircles();
     return network;
 }
 

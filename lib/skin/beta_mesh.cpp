@@ -58,7 +58,7 @@ void reorderVertices(BetaMesh& mesh, const std::vector<std::uint32_t>& order) {
     for (std::vector<FadingVertex>& group : mesh.fading)
         parallelFor(group.size(), 4096, [&](std::size_t i) {
             group[i].vertex = new_index[group[i].vertex];
-            for (std::uint32_t& from : group[i].anchor) from = new_index[from];
+            for (std::uint32_t& from : group[i].support) from = new_index[from];
         });
     for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
 }
@@ -78,7 +78,7 @@ void addLastRefinement(const FadingVertices& fading, DualPoints& points) {
     for (const std::size_t group : {kLastRefinement, kLastRefinement + 1})
         for (const FadingVertex& v : fading[group]) {
             DualVec3 sum;
-            for (std::size_t k = 0; k < 4; ++k) sum = sum + points[v.anchor[k]] * v.anchor_weight[k];
+            for (std::size_t k = 0; k < 4; ++k) sum = sum + points[v.support[k]] * v.support_weight[k];
             points.position.push_back(sum.position);
             points.velocity.emplace_back(sum.velocity);
         }
@@ -100,7 +100,7 @@ void blendFading(const FadingVertices& fading, std::vector<DualVec3>& displaceme
             parallelFor(group.size(), 1024, [&](std::size_t i) {
                 const FadingVertex& v = group[i];
                 DualVec3 from;
-                for (std::size_t k = 0; k < 4; ++k) from = from + displacement[v.anchor[k]] * v.anchor_weight[k];
+                for (std::size_t k = 0; k < 4; ++k) from = from + displacement[v.support[k]] * v.support_weight[k];
                 blended[i] = own[i] * v.fade + from * (1 - v.fade);
             });
             for (std::size_t i = 0; i < group.size(); ++i) displacement[group[i].vertex] = blended[i];

@@ -23,10 +23,10 @@ enum class Appearance {
 struct FadingVertex {
     std::uint32_t vertex;
     /// Vertices of the edge, facet or quad (of one diagonal, then the other); the last one repeated if fewer.
-    std::array<std::uint32_t, 4> anchor;
-    std::array<Dual, 4> anchor_weight;  ///< barycentric weights of these; they sum to 1
-    Dual fade;                          ///< weight of the vertex's own position, 0 to 1
-    DualVec3 unfaded;                   ///< where the vertex would be at weight 1
+    std::array<std::uint32_t, 4> support;
+    std::array<Dual, 4> support_weight;  ///< barycentric weights of these; they sum to 1
+    Dual fade;                           ///< weight of the vertex's own position, 0 to 1
+    DualVec3 unfaded;                    ///< where the vertex would be at weight 1
 };
 
 /// The fading vertices by what they fade in on: edges, then facets, then quads. Those on facets may refer to one

@@ -103,20 +103,20 @@ void DeformingMesh::listConstraints() {
             const FadingVertex& fading = group[i];
             all[i] = {fading.vertex,
                       static_cast<std::uint32_t>(i),
-                      fading.anchor,
+                      fading.support,
                       {},
                       static_cast<float>(fading.fade.value),
                       static_cast<std::uint32_t>(g)};
             constraint_of_[fading.vertex] = &all[i];
-            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.anchor_weight[k].value);
+            for (std::size_t k = 0; k < 4; ++k) all[i].weight[k] = static_cast<float>(fading.support_weight[k].value);
         });
         for (const Constraint& v : all) in_group[v.vertex] = 1;
         const auto isDependent = [&](const Constraint& v) {
-            return std::any_of(v.from.begin(), v.from.end(), [&](std::uint32_t u) { return in_group[u] != 0; });
+            return std::any_of(v.support.begin(), v.support.end(), [&](std::uint32_t u) { return in_group[u] != 0; });
         };
         std::copy_if(all.begin(), all.end(), std::back_inserter(constraints.dependent), isDependent);
         for (const Constraint& v : constraints.dependent)
-            for (const std::uint32_t u : v.from) is_support[u] = in_group[u];
+            for (const std::uint32_t u : v.support) is_support[u] = in_group[u];
         std::copy_if(all.begin(), all.end(), std::back_inserter(constraints.supporting),
                      [&](const Constraint& v) { return is_support[v.vertex] != 0; });
         for (const Constraint& v : all) in_group[v.vertex] = is_support[v.vertex] = 0;
@@ -193,7 +193,25 @@ void DeformingMesh::measure() {
         has_short_edges_[v] = all.has_short_edge;
         sum[v] = all.vector_area;
     });
-    // Later groups fade in from earlier ones; those on facets from each other.
+    passOnAreas(sum);
+    // A vertex without an area of its own has the mean normal of its one-ring.
+    normal_.resize(n);
+    flatness_.resize(n);
+    parallelFor(n, 4096, [&](std::size_t v) {
+        Vec3f normal = sum[v];
+        flatness_[v] = area_[v] > 0 ? normal.length() / area_[v] : 1;
+        if (!(area_[v] > 0)) {
+            normal = Vec3f(0);
+            for (const std::uint32_t t : triangles_of_[v]) normal += third_[t].vector_area;
+        }
+        normal_[v] = normal.normalized();
+        area_[v] = std::max(area_[v], 0.0F);
+    });
+}
+
+// Vertices that fade in pass on the share 1 - fade of their areas and vector areas. Later groups fade in from earlier
+// ones; those on facets from each other.
+void DeformingMesh::passOnAreas(std::vector<Vec3f>& sum) {
     std::vector<std::pair<float, Vec3f>> kept, passed;
     for (auto group = constraints_.rbegin(); group != constraints_.rend(); ++group) {
         kept.assign(group->all.size(), {0.0F, Vec3f(0)});  // later rounds pass on only what has arrived since
@@ -209,24 +227,11 @@ void DeformingMesh::measure() {
             }
             for (std::size_t i = 0; i < some.size(); ++i)
                 for (std::size_t k = 0; k < 4; ++k) {
-                    area_[some[i].from[k]] += passed[i].first * some[i].weight[k];
-                    sum[some[i].from[k]] += passed[i].second * some[i].weight[k];
+                    area_[some[i].support[k]] += passed[i].first * some[i].weight[k];
+                    sum[some[i].support[k]] += passed[i].second * some[i].weight[k];
                 }
         }
     }
-    // A vertex without an area of its own has the mean normal of its one-ring.
-    normal_.resize(n);
-    flatness_.resize(n);
-    parallelFor(n, 4096, [&](std::size_t v) {
-        Vec3f normal = sum[v];
-        flatness_[v] = area_[v] > 0 ? normal.length() / area_[v] : 1;
-        if (!(area_[v] > 0)) {
-            normal = Vec3f(0);
-            for (const std::uint32_t t : triangles_of_[v]) normal += third_[t].vector_area;
-        }
-        normal_[v] = normal.normalized();
-        area_[v] = std::max(area_[v], 0.0F);
-    });
 }
 
 void DeformingMesh::move(std::vector<Vec3f>& step) {

@@ -11,10 +11,17 @@
 
 namespace betamesh {
 
+/// A vector, shortened to the length `longest` if it is longer.
+template <typename Number>
+Imath::Vec3<Number> limitedTo(const Imath::Vec3<Number>& vector, Number longest) {
+    const Number length = vector.length();
+    return length > longest ? vector * (longest / length) : vector;
+}
+
 /// A mesh whose vertices are moved step by step, with the area and the normal that each vertex represents.
 ///
 /// A vertex represents a third of the triangles of its one-ring. One that fades in with weight s (FadingVertex::fade)
-/// passes 1 - s of that to the vertices it fades in from, and takes 1 - s of its displacements from them. Areas,
+/// passes 1 - s of that to its supports, and takes 1 - s of its displacements from them. Areas,
 /// normals and displacements therefore change continuously when vertices appear or vanish and when edges flip, because
 /// a plane polygon's area is distributed alike before and after. Lengths are in particle spacings of the frame,
 /// positions in world units. Widths of kernels are in particle spacings at the vertex.
@@ -40,21 +47,21 @@ public:
     void setInverseSquares(const PointGroup& group, double width, Lanes& inverse) const;
     const BetaMesh& mesh() const { return mesh_; }
 
-    /// Constrains the values of vertices that fade in: v = s · v + (1 - s) · Σ weight · value of the vertices it fades
-    /// in from, s its fade weight.
+    /// Constrains the values of vertices that fade in: v = s · v + (1 - s) · Σ weight · value of its supports, s its
+    /// fade weight.
     template <typename Value>
     void constrainFading(std::vector<Value>& values) const {
         std::vector<Value> free, constrained;
         for (const ConstraintGroup& group : constraints_) {
             constrained.resize(group.all.size());
             for (int round = 0; round < group.rounds(); ++round) {
-                // Later rounds only affect vertices that fade in from others of the group.
+                // Later rounds only affect vertices whose supports are in the group, too.
                 const std::vector<Constraint>& some = round == 0 ? group.all : group.dependent;
                 if (round == 0) free.resize(some.size());
                 parallelFor(some.size(), 1024, [&](std::size_t i) {
                     const Constraint& v = some[i];
                     Value from(0);
-                    for (std::size_t k = 0; k < 4; ++k) from += values[v.from[k]] * v.weight[k];
+                    for (std::size_t k = 0; k < 4; ++k) from += values[v.support[k]] * v.weight[k];
                     if (round == 0) free[i] = values[v.vertex];
                     constrained[i] = free[v.row] * v.fade + from * (1 - v.fade);
                 });
@@ -138,26 +145,29 @@ private:
     // A FadingVertex in a fifth of the memory, and its row and the number of its group.
     struct Constraint {
         std::uint32_t vertex, row;
-        std::array<std::uint32_t, 4> from;
+        std::array<std::uint32_t, 4> support;
         std::array<float, 4> weight;
         float fade;
         std::uint32_t group;
     };
-    // A group of FadingVertices. On facets they fade in from each other, and constraints take several rounds to settle.
+    // A group of FadingVertices. On facets they are supports of each other, and constraints take several rounds to
+    // settle.
     struct ConstraintGroup {
         std::vector<Constraint> all;
-        std::vector<Constraint> dependent;   // those that fade in from others of the group
-        std::vector<Constraint> supporting;  // those that others of the group fade in from
+        std::vector<Constraint> dependent;   // those with supports in the group
+        std::vector<Constraint> supporting;  // those that are supports of others of the group
         int rounds() const { return dependent.empty() ? 1 : 4; }
     };
 
     void listConstraints();
     void listConnections();
+    void passOnAreas(std::vector<Vec3f>& vector_area);
     std::vector<std::uint32_t> arrange();
     std::vector<float> fadeWeights() const;
     void weighDiagonals(const std::vector<float>& fade);
     void placeOnDiagonals(FadingVertex& fading, double of_other, double middle);
     struct SplitDemand;
+    class EdgeSplitter;
     SplitDemand splitDemand(double radius, double edge_factor) const;
     void fadeInOnLongEdges(SplitDemand& demand, bool on_curves);
     Vec3 curveOffset(std::uint32_t from, std::uint32_t to, double t, const std::vector<Vec3f>& normal) const;

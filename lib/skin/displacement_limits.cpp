@@ -73,7 +73,7 @@ template <typename Visit>
 void DisplacementLimits::forSupports(std::uint32_t v, const Visit& visit) {
     visit(v);
     if (!fading_[v]) return;
-    for (const std::uint32_t u : fading_[v]->anchor) visit(u);
+    for (const std::uint32_t u : fading_[v]->support) visit(u);
 }
 
 DisplacementLimits::VertexLimit& DisplacementLimits::limitOf(std::uint32_t v) {
@@ -223,7 +223,7 @@ DualVec3 DisplacementLimits::limitedPosition(std::uint32_t v) const {
         const FadingVertex& fading = *fading_[v];
         Dual of_supports = 0;
         for (std::size_t k = 0; k < 4; ++k)
-            of_supports = of_supports + fractionOf(fading.anchor[k]) * fading.anchor_weight[k];
+            of_supports = of_supports + fractionOf(fading.support[k]) * fading.support_weight[k];
         fraction = fraction * fading.fade + of_supports * (1 - fading.fade);
     }
     if (fraction.value >= 1) return limit.to;

@@ -2,6 +2,7 @@
 
 #include "base/icosphere.h"
 #include "base/index.h"
+#include "base/intersection_circle.h"
 #include "base/simd.h"
 
 #include <algorithm>
@@ -184,8 +185,7 @@ Vec3 exitFromBall(const Vec3& inner, const Vec3& outer) {
 
 // The distance of a bisector from the centre of the ball, in radii. length: of the neighbour's offset.
 double ExposedRegion::distanceOf(const Neighbour& neighbour, double length) const {
-    const double r = neighbour.radius;
-    return (length + (radius_ * radius_ - r * r) / length) / (2 * radius_);
+    return heightOfIntersection<double>(length, radius_, neighbour.radius);
 }
 
 void ExposedRegion::setPlanes(const std::vector<Neighbour>& neighbours, std::int64_t radius) {

@@ -1,5 +1,7 @@
 #include "skin/face_point_placement.h"
 
+#include "base/intersection_circle.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -17,8 +19,7 @@ CompressedRows<NearTangentNeighbour> nearTangentNeighbours(const BallBoundary& b
             const std::uint32_t other = line.balls[line.balls[0] == b ? 1 : 0];
             const DualVec3 offset = balls[other] - balls[b];
             const Dual distance = length(offset), r = boundary.worldRadiusOf(other);
-            visit(b, NearTangentNeighbour{offset / distance,
-                                          (distance + (radius * radius - r * r) / distance) / (2 * radius)});
+            visit(b, NearTangentNeighbour{offset / distance, heightOfIntersection(distance, radius, r)});
         }
         for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p)
             if (const FacePoints::Contact* contact = points.contactOf(p))

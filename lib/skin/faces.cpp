@@ -2,6 +2,7 @@
 
 #include "base/angles.h"
 #include "base/compressed_rows.h"
+#include "base/intersection_circle.h"
 #include "base/parallel.h"
 #include "base/union_find.h"
 #include "exact/neighbour_finder.h"
@@ -92,7 +93,7 @@ Arc circleOf(const BallBoundary& boundary, std::uint32_t ball, std::uint32_t oth
     arc.x = cross(arc.axis, aside).normalized();
     arc.y = cross(arc.axis, arc.x);
     const auto radius = static_cast<double>(boundary.radiusOf(ball)), r = static_cast<double>(boundary.radiusOf(other));
-    arc.height = (distance + (radius * radius - r * r) / distance) / (2 * radius);
+    arc.height = heightOfIntersection(distance, radius, r);
     arc.begin = 0;
     arc.sweep = kTwoPi;
     arc.cycle = cycle;

@@ -149,10 +149,7 @@ void DeformingMesh::relaxFolds() {
         return !(dot(vector_area, sum) > static_cast<float>(kInvertedCosine) * area * sum.length());
     });
     for (const std::uint32_t triangle : inverted) turnInverted(triangle, step);
-    parallelFor(size(), 8192, [&](std::size_t v) {
-        const float longest = kMaxFoldStep * scale(v);
-        if (const float length = step[v].length(); length > longest) step[v] *= longest / length;
-    });
+    parallelFor(size(), 8192, [&](std::size_t v) { step[v] = limitedTo(step[v], kMaxFoldStep * scale(v)); });
     move(step);
     measure();
 }

@@ -5,8 +5,6 @@
 #include "base/union_find.h"
 #include "exact/neighbour_finder.h"
 #include "mesh/components.h"
-#include "skin/constants.h"
-#include "skin/voids.h"
 
 #include <algorithm>
 #include <array>
@@ -57,87 +55,24 @@ private:
     CellGrid order_;
 };
 
-// Particles of rim cells. Their components continue among the particles left out, and are not small.
-std::vector<bool> particlesOnRim(const SnappedParticles& particles) {
-    std::vector<bool> on_rim(particles.size(), false);
+// Particles of cells beside which particles were left out. Their components may continue there, and are not small.
+std::vector<bool> particlesBesideOmitted(const SnappedParticles& particles) {
+    std::vector<bool> may_continue(particles.size(), false);
     for (std::size_t c = 0; c < particles.is_incomplete.size(); ++c)
         if (particles.is_incomplete[c])
-            std::fill(on_rim.begin() + particles.cell_begin[c], on_rim.begin() + particles.cell_begin[c + 1], true);
-    return on_rim;
-}
-
-constexpr double kVolumeRounding = 0.999;  // factor that allows for rounding errors
-
-double ballVolume(double radius) { return 4 * std::numbers::pi / 3 * radius * radius * radius; }
-
-// Volume enclosed by each component, world units cubed; negative if it faces inwards.
-template <typename PositionOf>
-std::vector<double> volumesOf(const Components& components, const std::vector<Triangle>& triangles,
-                              const PositionOf& positionOf) {
-    std::vector<double> volume(components.count, 0);
-    std::vector<std::uint32_t> origin(components.count, kInvalidIndex);
-    for (const Triangle& t : triangles) {
-        const std::uint32_t component = components.of_vertex[t[0]];
-        if (origin[component] == kInvalidIndex) origin[component] = t[0];
-        const Vec3 o = positionOf(origin[component]);
-        volume[component] += signedVolume(positionOf(t[0]) - o, positionOf(t[1]) - o, positionOf(t[2]) - o);
-    }
-    return volume;
-}
-
-// The least radius of a ball that has triangles in each component, world units.
-std::vector<double> smallestBalls(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components) {
-    std::vector<double> smallest(components.count, boundary.worldRadius());
-    if (boundary.radius_of.empty()) return smallest;
-    for (std::size_t ball = 0; ball < boundary.position.size(); ++ball) {
-        const double radius = boundary.worldRadiusOf(ball).value;
-        for (std::uint32_t t = mesh.ball_begin[ball]; t < mesh.ball_begin[ball + 1]; ++t) {
-            double& least = smallest[components.of_vertex[mesh.triangles[t][0]]];
-            least = std::min(least, radius);
-        }
-    }
-    return smallest;
-}
-
-void removeComponents(BetaMesh& mesh, const Components& components, const std::vector<bool>& is_removed) {
-    keepTriangles(mesh, [&](std::size_t t) { return !is_removed[components.of_vertex[mesh.triangles[t][0]]]; });
-    std::vector<std::uint32_t> new_index(mesh.vertex.size());
-    std::uint32_t vertices = 0;
-    for (std::size_t v = 0; v < new_index.size(); ++v) {
-        if (components.of_vertex[v] == kInvalidIndex || is_removed[components.of_vertex[v]]) continue;
-        mesh.vertex[vertices] = mesh.vertex[v];
-        if (!mesh.rim_distance.empty()) mesh.rim_distance[vertices] = mesh.rim_distance[v];
-        if (!mesh.scale.empty()) mesh.scale[vertices] = mesh.scale[v];
-        new_index[v] = vertices++;
-    }
-    mesh.vertex.resize(vertices);
-    if (!mesh.rim_distance.empty()) mesh.rim_distance.resize(vertices);
-    if (!mesh.scale.empty()) mesh.scale.resize(vertices);
-    for (Triangle& t : mesh.triangles)
-        for (std::uint32_t& v : t) v = new_index[v];
-    const auto isGone = [&](const auto& listed) {
-        const std::uint32_t component = components.of_vertex[listed.vertex];
-        return component == kInvalidIndex || is_removed[component];
-    };
-    for (auto& group : mesh.fading) {
-        std::erase_if(group, isGone);
-        for (FadingVertex& fading : group) {
-            fading.vertex = new_index[fading.vertex];
-            for (std::uint32_t& v : fading.anchor) v = new_index[v];
-        }
-    }
-    std::erase_if(mesh.volume_offsets, isGone);
-    for (VolumeOffset& offset : mesh.volume_offsets) offset.vertex = new_index[offset.vertex];
+            std::fill(may_continue.begin() + particles.cell_begin[c],
+                      may_continue.begin() + particles.cell_begin[c + 1], true);
+    return may_continue;
 }
 
 // The components with fewer than `least` particles. Components join units of particles, particlesOf(unit).
 template <typename ParticlesOf>
 SmallComponents smallAmong(const SnappedParticles& particles, UnionFind& components, std::uint32_t units,
                            const ParticlesOf& particlesOf, std::size_t least) {
-    const std::vector<bool> on_rim = particlesOnRim(particles);
+    const std::vector<bool> may_continue = particlesBesideOmitted(particles);
     std::vector<std::size_t> count(units, 0);
     for (std::uint32_t unit = 0; unit < units; ++unit)
-        for (const std::uint32_t row : particlesOf(unit)) count[components.find(unit)] += on_rim[row] ? least : 1;
+        for (const std::uint32_t row : particlesOf(unit)) count[components.find(unit)] += may_continue[row] ? least : 1;
     SmallComponents small;
     for (std::uint32_t unit = 0; unit < units; ++unit) {
         const std::uint32_t component = components.find(unit);
@@ -242,56 +177,10 @@ std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary) {
     return rows;
 }
 
-std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features,
-                        double reference_radius) {
-    const double empty_radius = features.bubble_gap / 2;
-    const bool by_gap = features.bubble_gap > 0;
-    // Whether the reference radius is that of the largest balls, whose radius in quanta then counts.
-    const bool is_of_largest = std::abs(reference_radius - boundary.worldRadius()) <= boundary.quantum;
-    const double reference = is_of_largest ? boundary.worldRadius() : reference_radius;
-    const double room = empty_radius - reference;  // radius of a ball that has to fit between those of the particles
-    if (by_gap && room <= 0) return 0;
-    const Components components = componentsOf(mesh.vertex.size(), mesh.triangles);
-    const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.vertex[v].position; };
-    const std::vector<double> enclosed = volumesOf(components, mesh.triangles, positionOf);
-    const std::vector<double> smallest = smallestBalls(mesh, boundary, components);
-    const double smallest_of_all =
-        smallest.empty() ? boundary.worldRadius() : *std::min_element(smallest.begin(), smallest.end());
-    const double least_void = by_gap ? kVolumeRounding * ballVolume(room) : features.bubble_volume;
-    std::vector<bool> is_removed(components.count), is_liquid(components.count);
-    std::vector<std::uint32_t> large_voids;  // voids that could hold a liquid component
-    std::vector<std::uint32_t> void_of(components.count, kInvalidIndex);
-    bool any_undecided = false;
-    for (std::uint32_t component = 0; component < components.count; ++component) {
-        is_liquid[component] = enclosed[component] >= kMinLiquidVolume * ballVolume(smallest[component]);
-        if (is_liquid[component]) continue;
-        is_removed[component] = enclosed[component] > -least_void;
-        if (enclosed[component] < -kMinLiquidVolume * ballVolume(smallest_of_all)) large_voids.push_back(component);
-        if (by_gap && !is_removed[component]) any_undecided = true, void_of[component] = component;
-    }
-    std::sort(large_voids.begin(), large_voids.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return enclosed[a] != enclosed[b] ? enclosed[a] < enclosed[b] : a < b;
-    });
-    const std::vector<std::uint32_t> enclosing = enclosingVoids(mesh, boundary, components, large_voids, is_liquid);
-    if (any_undecided) {
-        for (std::uint32_t component = 0; component < components.count; ++component)
-            if (enclosing[component] != kInvalidIndex) void_of[component] = void_of[enclosing[component]];
-        const std::vector<bool> fits = voidsFittingBall(mesh, boundary, components, void_of,
-                                                        is_of_largest ? empty_radius : boundary.worldRadius() + room);
-        for (std::uint32_t component = 0; component < components.count; ++component)
-            if (void_of[component] == component) is_removed[component] = !fits[component];
-    }
-    const auto filled = static_cast<std::size_t>(std::count(is_removed.begin(), is_removed.end(), true));
-    for (std::uint32_t component = 0; component < components.count; ++component)
-        if (enclosing[component] != kInvalidIndex) is_removed[component] = is_removed[enclosing[component]];
-    if (filled > 0) removeComponents(mesh, components, is_removed);
-    return filled;
-}
-
 void labelComponents(Mesh& mesh) {
     const Components components = componentsOf(mesh.position.size(), mesh.triangles);
     const auto positionOf = [&](std::uint32_t v) -> const Vec3& { return mesh.position[v]; };
-    const std::vector<double> volume = volumesOf(components, mesh.triangles, positionOf);
+    const std::vector<double> volume = enclosedVolumes(components, mesh.triangles, positionOf);
     const auto sortKey = [&](std::uint32_t v) {
         const Vec3& p = mesh.position[v];
         return std::tuple(p.x, p.y, p.z, v);

@@ -1,4 +1,4 @@
-// Features of a liquid that are treated apart: droplets, tendrils, bubbles, and the components of the mesh.
+// Features of a liquid that are treated apart: droplets, tendrils, and the components of the mesh.
 
 #pragma once
 
@@ -16,7 +16,7 @@ struct SmallComponents {
 };
 
 /// The components of fewer than `least` particles. All particles count, exposed or covered, duplicates once; components
-/// that reach the rim, beyond which particles were left out, count as large.
+/// that reach cells beside which particles were left out count as large.
 ///
 /// same    result for any thread count and particle order
 /// cost    O(n log n)
@@ -41,20 +41,6 @@ RemovedDroplets removeDroplets(const Particles& particles, const Features& featu
 /// Particles of threads that are a single particle thick: those that a degenerate edge uses, but no alpha triangle.
 /// Rows of SnappedParticles, ascending.
 std::vector<std::uint32_t> tendrilParticles(const BallBoundary& boundary);
-
-/// Removes bubbles from a mesh: voids, which are closed components that face inwards, into which no empty ball of
-/// diameter bubble_gap fits between particles whose balls have the reference radius. With other balls, the room between
-/// their surfaces counts: none for a ball whose radius is bubble_gap / 2 less the reference radius. Without a
-/// bubble_gap, voids that enclose less than bubble_volume. Components that float in a removed void are removed with it,
-/// as they become part of the liquid; voids inside those are judged by themselves. All other components stay as they
-/// are, in their order.
-///
-/// in      the complete tessellation of that boundary, its vertices not yet moved; reference_radius: world units
-/// out     the number of voids filled; vertices that no triangle uses are removed
-/// same    result for any thread count and particle order
-/// cost    O(triangles); 1-4 µs for each ball round a void that is large enough to need a closer look
-std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features,
-                        double reference_radius);
 
 /// Sets mesh.component. Components are numbered by enclosed volume, the largest first: 0 is the largest body of liquid,
 /// bubbles come last. Ties are broken by the lexicographically first vertex.

@@ -27,10 +27,10 @@ double largestScale(const BetaMesh& mesh, const std::vector<std::uint32_t>& vert
 
 // The particles beside vertices where the spacing is much larger than their own size. Elsewhere the surface is averaged
 // over widths that suit them.
-std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particles, double spacing,
-                                       const BetaMesh& mesh) {
+std::vector<ParticleAtRisk> besideLarger(const std::vector<ParticleAtRisk>& particles, double spacing,
+                                         const BetaMesh& mesh) {
     std::vector<float> scale;
-    for (const DeepParticle& particle : particles) scale.push_back(static_cast<float>(particle.scale));
+    for (const ParticleAtRisk& particle : particles) scale.push_back(static_cast<float>(particle.scale));
     const auto particles_of = byOctave(allRows(particles.size()), scale),
                vertices_of = byOctave(allRows(mesh.vertex.size()), mesh.scale);
     std::vector<std::uint8_t> is_beside(particles.size(), 0);
@@ -47,7 +47,7 @@ std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particle
             forCellsAndNeighbours(
                 reach, points, around, vertexAt, [&](std::uint32_t cell, std::span<const std::uint32_t> near) {
                     for (const std::uint32_t row : points.rowsOf(cell)) {
-                        const DeepParticle& particle = particles[rows[row]];
+                        const ParticleAtRisk& particle = particles[rows[row]];
                         is_beside[rows[row]] |= std::any_of(near.begin(), near.end(), [&](std::uint32_t i) {
                             const double there = mesh.scaleOf(vertices[i]), within = kReachOfLarger * there * spacing;
                             return there > kMuchLarger * particle.scale &&
@@ -57,7 +57,7 @@ std::vector<DeepParticle> besideLarger(const std::vector<DeepParticle>& particle
                 });
         }
     }
-    std::vector<DeepParticle> beside;
+    std::vector<ParticleAtRisk> beside;
     for (std::size_t i = 0; i < particles.size(); ++i)
         if (is_beside[i]) beside.push_back(particles[i]);
     return beside;
@@ -85,7 +85,7 @@ bool mayBeNearer(const TriangleTree& tree, const Vec3& point, double distance) {
 
 // The bump over a particle; none, with height 0, where it is deep enough. at: of the triangle nearest to a particle
 // nearby; set to that nearest to this one.
-Bump bumpOver(const DeepParticle& particle, bool is_enclosed, const TriangleTree& tree,
+Bump bumpOver(const ParticleAtRisk& particle, bool is_enclosed, const TriangleTree& tree,
               const std::vector<Vec3>& normals, std::size_t& at) {
     if (is_enclosed && !mayBeNearer(tree, particle.position, particle.least_depth)) return {};
     const double distance = tree.distanceTo(particle.position, at);
@@ -105,14 +105,14 @@ Bump bumpOver(const DeepParticle& particle, bool is_enclosed, const TriangleTree
 }
 
 // Whether each particle is inside.
-std::vector<std::uint8_t> areEnclosed(const std::vector<DeepParticle>& particles, const TriangleTree& tree) {
+std::vector<std::uint8_t> areEnclosed(const std::vector<ParticleAtRisk>& particles, const TriangleTree& tree) {
     std::vector<std::uint8_t> are(particles.size());
     parallelFor(are.size(), 64, [&](std::size_t i) { are[i] = isEnclosed(tree, particles[i].position); });
     return are;
 }
 
 // The bumps over particles that are not deep enough, which alone are kept in the list.
-std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const std::vector<std::uint8_t>& is_enclosed,
+std::vector<Bump> bumpsOver(std::vector<ParticleAtRisk>& particles, const std::vector<std::uint8_t>& is_enclosed,
                             const TriangleTree& tree, const std::vector<Vec3>& normals) {
     std::vector<Bump> all(particles.size());
     constexpr std::size_t kPerTask = 64;  // fixed, as the triangle from which a search starts may change rounding
@@ -122,7 +122,7 @@ std::vector<Bump> bumpsOver(std::vector<DeepParticle>& particles, const std::vec
             all[i] = bumpOver(particles[i], is_enclosed[i] != 0, tree, normals, nearest);
     });
     std::vector<Bump> bumps;
-    std::vector<DeepParticle> rest;
+    std::vector<ParticleAtRisk> rest;
     for (std::size_t i = 0; i < all.size(); ++i) {
         if (!(all[i].height > 0)) continue;
         bumps.push_back(all[i]);
@@ -149,7 +149,7 @@ public:
         });
         for (std::size_t group = 0; group < fading_.size(); ++group)
             std::ranges::copy_if(mesh.fading[group], std::back_inserter(fading_[group]), [&](const FadingVertex& v) {
-                return is_near[v.vertex] || std::ranges::any_of(v.anchor, [&](std::uint32_t w) { return is_near[w]; });
+                return is_near[v.vertex] || std::ranges::any_of(v.support, [&](std::uint32_t w) { return is_near[w]; });
             });
         vertices_ = indicesWhere(position.size(), [&](std::uint32_t v) { return is_near[v]; });
         sum_.resize(vertices_.size());
@@ -216,20 +216,20 @@ private:
 
 }  // namespace
 
-DeepParticles deepParticles(const SnappedParticles& snapped, double skin, bool all_are_at_risk) {
-    DeepParticles deep{{}, all_are_at_risk};
-    if (!deep.all_are_at_risk && !snapped.size_classes) return deep;
+ParticlesAtRisk particlesAtRisk(const SnappedParticles& snapped, double skin, bool all_are_at_risk) {
+    ParticlesAtRisk found{{}, all_are_at_risk};
+    if (!found.all_are_at_risk && !snapped.size_classes) return found;
     for (const std::uint32_t i : snapped.size_classes ? notAmongAlike(snapped) : exposureCandidates(snapped)) {
-        if (!deep.all_are_at_risk && snapped.radiusOf(i) == snapped.radius) continue;
+        if (!found.all_are_at_risk && snapped.radiusOf(i) == snapped.radius) continue;
         const double scale = static_cast<double>(snapped.radiusOf(i)) / static_cast<double>(snapped.radius);
-        deep.particle.push_back(
+        found.particle.push_back(
             {toDouble(snapped.position[i]) * snapped.quantum, scale, (1 - kMaxSkinSmoothing) * skin * scale});
     }
-    return deep;
+    return found;
 }
 
-InsideKeeper::InsideKeeper(const DeepParticles& deep, double spacing, BetaMesh& mesh)
-    : particles_(deep.all_are_at_risk ? deep.particle : besideLarger(deep.particle, spacing, mesh)),
+InsideKeeper::InsideKeeper(const ParticlesAtRisk& at_risk, double spacing, BetaMesh& mesh)
+    : particles_(at_risk.all_are_at_risk ? at_risk.particle : besideLarger(at_risk.particle, spacing, mesh)),
       mesh_(mesh),
       margin_(kBumpMargin * spacing) {
     if (particles_.empty()) return;
@@ -242,7 +242,7 @@ void InsideKeeper::raise() {
     tested_ = position_;
     is_enclosed_ = areEnclosed(particles_, *tree_);
     const std::vector<Vec3> normals = vertexNormals(mesh_);
-    std::vector<DeepParticle> particles = particles_;
+    std::vector<ParticleAtRisk> particles = particles_;
     std::vector<Bump> bumps = bumpsOver(particles, is_enclosed_, *tree_, normals);
     if (bumps.empty()) return;
     Neighbourhood near(bumps, mesh_, position_, normals, *tree_, margin_);
@@ -278,7 +278,7 @@ bool InsideKeeper::restore(const DualPoints& from) {
     if (outside.empty()) return false;
     std::vector<double> reach(outside.size());
     for (std::size_t i = 0; i < outside.size(); ++i) {
-        const DeepParticle& particle = particles_[outside[i]];
+        const ParticleAtRisk& particle = particles_[outside[i]];
         reach[i] = restored_reach_ * (tree_->distanceTo(particle.position) + particle.least_depth);
     }
     restored_reach_ *= 2;

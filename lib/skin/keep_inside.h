@@ -12,23 +12,23 @@
 namespace betamesh {
 
 /// A particle and the depth below the surface that it has to keep, world units.
-struct DeepParticle {
+struct ParticleAtRisk {
     Vec3 position;
     double scale;  ///< its size in those of the largest
     double least_depth;
 };
 
-/// Particles that the surface might pass.
-struct DeepParticles {
-    std::vector<DeepParticle> particle;
-    bool all_are_at_risk = false;  ///< otherwise only those beside larger ones
+/// Particles that the surface might pass: all of these, or those of them beside larger ones.
+struct ParticlesAtRisk {
+    std::vector<ParticleAtRisk> particle;
+    bool all_are_at_risk = false;
 };
 
 /// If all are at risk, those that may be exposed. Else all that no balls alike cover and that are smaller than the
 /// largest; none where all are of one size, since kernels as wide as the particles' own spacing keep their distance.
 ///
 /// skin    of the largest particle, world units
-DeepParticles deepParticles(const SnappedParticles& snapped, double skin, bool all_are_at_risk);
+ParticlesAtRisk particlesAtRisk(const SnappedParticles& snapped, double skin, bool all_are_at_risk);
 
 /// Keeps particles inside a surface that moves. Where large and small particles alternate, the skin is averaged over
 /// widths in which the small ones vanish; if it is thin, facets that are long for its depth cut off particles.
@@ -40,7 +40,7 @@ public:
     /// vertices may change.
     ///
     /// cost    O(particles); O(triangles log triangles) if any are at risk
-    InsideKeeper(const DeepParticles& deep, double spacing, BetaMesh& mesh);
+    InsideKeeper(const ParticlesAtRisk& at_risk, double spacing, BetaMesh& mesh);
     InsideKeeper(const InsideKeeper&) = delete;
     InsideKeeper& operator=(const InsideKeeper&) = delete;
 
@@ -60,7 +60,7 @@ public:
     bool restore(const DualPoints& from);
 
 private:
-    std::vector<DeepParticle> particles_;  // at risk
+    std::vector<ParticleAtRisk> particles_;  // at risk
     bool mayHavePassed(const Vec3& point) const;
 
     BetaMesh& mesh_;

@@ -79,7 +79,7 @@ public:
         keepTriangles(mesh_, [&](std::size_t t) { return !is_gone_[t]; });
         for (auto& group : mesh_.fading)
             for (FadingVertex& fading : group)
-                for (std::uint32_t& anchor : fading.anchor) anchor = remaining(anchor);
+                for (std::uint32_t& support : fading.support) support = remaining(support);
     }
 
 private:

@@ -5,6 +5,7 @@
 #include "betamesh/error.h"
 #include "skin/coverage.h"
 #include "skin/particle_sizes.h"
+#include "skin/skin_lengths.h"
 
 #include <algorithm>
 #include <atomic>
@@ -83,6 +84,34 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
     return distance;
 }
 
+// What is kept of the particles in cells.
+struct KeptCells {
+    std::vector<std::uint8_t> is_kept;        // of each cell: some particles are
+    std::vector<std::uint8_t> is_incomplete;  // of each cell, as in NearSurface
+    std::vector<std::uint8_t> is_shared;      // of each particle, sorted by cell, in cells at the limit
+};
+
+// Cells at the limit keep only particles whose offset is shared, all others keep every particle.
+KeptCells keptCells(const std::vector<Vec3i>& cells, const std::vector<std::uint32_t>& cell_begin,
+                    const std::vector<CellOffset>& offsets, const std::vector<int>& distance, int limit) {
+    KeptCells kept{std::vector<std::uint8_t>(cells.size(), 1), std::vector<std::uint8_t>(cells.size()),
+                   std::vector<std::uint8_t>(offsets.size())};
+    parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
+        NeighbourCells around(cells);
+        SharedOffsets shared;
+        for (std::size_t c = first; c < last; ++c) {
+            int farthest = 0;
+            around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
+            kept.is_incomplete[c] = distance[c] > 0 && farthest == limit;
+            if (distance[c] < limit) continue;
+            const std::size_t begin = cell_begin[c], count = cell_begin[c + 1] - begin;
+            kept.is_kept[c] =
+                shared.find(std::span(offsets).subspan(begin, count), std::span(kept.is_shared).subspan(begin, count));
+        }
+    });
+    return kept;
+}
+
 // Radius within which particles matter to an exposed ball, because of the skin. The skin lies as deep below the union
 // of larger balls as the rolling ball is large, and those balls' exposed parts depend on their neighbours in turn. Of
 // different radii, larger balls may be exposed whose smaller ones are not: those that reach out of the smaller ones
@@ -90,7 +119,7 @@ std::vector<int> distancesToExposed(const std::vector<Vec3i>& cells, const std::
 double reachOfSkin(const SkinParams& params, bool different_radii) {
     const double skin = effectiveSkinDepth(params);
     if (!(skin > 0)) return 0;
-    const double rolling = (params.radius * params.radius - skin * skin) / (2 * skin);
+    const double rolling = rollingRadius(params.radius, skin);
     return params.radius + 2 * rolling + skin + particleSpacing(params) + (different_radii ? rolling + 2 * skin : 0);
 }
 
@@ -126,9 +155,13 @@ struct NearSurfaceFinder::State {
     void processSized();
     bool isUnequal() const;
     std::vector<std::uint8_t> coveredAmongSized() const;
+    std::vector<std::uint8_t> findCoveredAmongSized(bool& is_unequal);
     std::vector<Vec3i> sortedCells();
     std::vector<CellOffset> sortedOffsets(std::vector<std::uint32_t>& cell_begin);
     std::vector<std::uint8_t> sortedByCell(const std::vector<std::uint8_t>& of_row) const;
+    template <typename IsKept>
+    void selectRows(const IsKept& isKept, const std::vector<std::uint32_t>& number,
+                    const std::vector<std::uint8_t>& is_covered, NearSurface& near) const;
 };
 
 NearSurfaceFinder::NearSurfaceFinder(const SkinParams& params)
@@ -283,6 +316,41 @@ std::vector<std::uint8_t> NearSurfaceFinder::State::sortedByCell(const std::vect
     return sorted;
 }
 
+// Lists the particles for which isKept(cell, slot), with the numbers of their cells.
+template <typename IsKept>
+void NearSurfaceFinder::State::selectRows(const IsKept& isKept, const std::vector<std::uint32_t>& number,
+                                          const std::vector<std::uint8_t>& is_covered, NearSurface& near) const {
+    struct KeptRows {
+        std::vector<std::uint32_t> row, cell;
+        std::vector<std::uint8_t> covered;
+    };
+    std::vector<KeptRows> rows(batches.size());
+    parallelFor(rows.size(), 1, [&](std::size_t p) {
+        const Batch& batch = batches[p];
+        for (std::size_t i = 0; i < batch.cell.size(); ++i) {
+            const std::uint32_t c = batch.cell[i], slot = batch.slot[i];
+            if (!isKept(c, slot)) continue;
+            rows[p].row.push_back(static_cast<std::uint32_t>(batch.first_row + i));
+            rows[p].cell.push_back(number[c]);
+            rows[p].covered.push_back(is_covered[slot]);
+        }
+    });
+    near.row = concatenate(rows, &KeptRows::row);
+    near.cell_of = concatenate(rows, &KeptRows::cell);
+    near.is_covered = concatenate(rows, &KeptRows::covered);
+}
+
+// Where particles of different radii are covered, once all are known. Frees what was kept of them.
+std::vector<std::uint8_t> NearSurfaceFinder::State::findCoveredAmongSized(bool& is_unequal) {
+    processSized();
+    is_unequal = isUnequal();
+    std::vector<std::uint8_t> is_covered = coveredAmongSized();
+    if (!is_unequal)
+        for (std::uint8_t& covered : is_covered) covered = covered != 0;
+    sized = {};
+    return is_covered;
+}
+
 NearSurface NearSurfaceFinder::find() {
     State& state = *state_;
     NearSurface near;
@@ -292,14 +360,7 @@ NearSurface NearSurfaceFinder::find() {
     if (near.all) return near;
     const bool has_radii = state.largest > 0;
     std::vector<std::uint8_t> is_row_covered;  // of each particle in the order of the stream
-    if (has_radii) {
-        state.processSized();
-        near.is_unequal = state.isUnequal();
-        is_row_covered = state.coveredAmongSized();
-        if (!near.is_unequal)
-            for (std::uint8_t& covered : is_row_covered) covered = covered != 0;
-        state.sized = {};
-    }
+    if (has_radii) is_row_covered = state.findCoveredAmongSized(near.is_unequal);
 
     const std::vector<Vec3i> cells = state.sortedCells();
     std::vector<std::uint32_t> cell_begin(cells.size() + 1);
@@ -308,48 +369,19 @@ NearSurface NearSurfaceFinder::find() {
         has_radii ? state.sortedByCell(is_row_covered) : coveredParticles(cells, cell_begin, offsets);
     const int limit = state.margin + 1;
     const std::vector<int> distance = distancesToExposed(cells, cell_begin, is_covered, limit);
+    const KeptCells kept = keptCells(cells, cell_begin, offsets, distance, limit);
 
-    // Cells at the limit keep only particles whose offset is shared, all others keep every particle.
-    std::vector<std::uint8_t> is_kept(cells.size(), 1), is_incomplete(cells.size()), is_shared(offsets.size());
-    parallelRanges(cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t last) {
-        NeighbourCells around(cells);
-        SharedOffsets shared;
-        for (std::size_t c = first; c < last; ++c) {
-            int farthest = 0;
-            around.forEach(c, [&](const Vec3i&, std::size_t other) { farthest = std::max(farthest, distance[other]); });
-            is_incomplete[c] = distance[c] > 0 && farthest == limit;
-            if (distance[c] < limit) continue;
-            const std::size_t begin = cell_begin[c], count = cell_begin[c + 1] - begin;
-            is_kept[c] =
-                shared.find(std::span(offsets).subspan(begin, count), std::span(is_shared).subspan(begin, count));
-        }
-    });
     std::vector<std::uint32_t> number(cells.size());  // among kept cells
     for (std::size_t c = 0; c < cells.size(); ++c) {
-        if (!is_kept[c]) continue;
+        if (!kept.is_kept[c]) continue;
         number[c] = static_cast<std::uint32_t>(near.cell.size());
         near.cell.push_back(cells[c]);
-        near.is_incomplete.push_back(is_incomplete[c]);
+        near.is_incomplete.push_back(kept.is_incomplete[c]);
     }
-
-    struct KeptRows {
-        std::vector<std::uint32_t> row, cell;
-        std::vector<std::uint8_t> covered;
+    const auto isKept = [&](std::uint32_t cell, std::uint32_t slot) {
+        return distance[cell] < limit || kept.is_shared[slot] != 0;
     };
-    std::vector<KeptRows> rows(state.batches.size());
-    parallelFor(rows.size(), 1, [&](std::size_t p) {
-        const Batch& batch = state.batches[p];
-        for (std::size_t i = 0; i < batch.cell.size(); ++i) {
-            const std::uint32_t c = batch.cell[i], slot = batch.slot[i];
-            if (distance[c] == limit && !is_shared[slot]) continue;
-            rows[p].row.push_back(static_cast<std::uint32_t>(batch.first_row + i));
-            rows[p].cell.push_back(number[c]);
-            rows[p].covered.push_back(is_covered[slot]);
-        }
-    });
-    near.row = concatenate(rows, &KeptRows::row);
-    near.cell_of = concatenate(rows, &KeptRows::cell);
-    near.is_covered = concatenate(rows, &KeptRows::covered);
+    state.selectRows(isKept, number, is_covered, near);
     return near;
 }
 

@@ -211,6 +211,38 @@ private:
     std::vector<float> reach_factor_;  // the largest of each run; empty: all 1
 };
 
+/// The chosen runs, in which those that follow one another are joined. Returns how many samples they have.
+template <std::size_t kFields>
+std::size_t joinRuns(const std::vector<typename SampleRuns<kFields>::Run>& all, std::span<const std::uint32_t> chosen,
+                     std::vector<typename SampleRuns<kFields>::Run>& runs) {
+    runs.clear();
+    std::size_t samples = 0;
+    for (const std::uint32_t i : chosen) {
+        const auto& run = all[i];
+        samples += static_cast<std::size_t>(run.end - run.begin);
+        if (!runs.empty() && runs.back().end == run.begin && runs.back().origin == run.origin)
+            runs.back().end = run.end;
+        else
+            runs.push_back(run);
+    }
+    return samples;
+}
+
+/// Replaces runs by one run of every step-th of their samples, which `kept` holds.
+template <std::size_t kFields>
+void keepEvery(std::size_t step, std::vector<typename SampleRuns<kFields>::Run>& runs,
+               std::vector<SampleFields<kFields>>& kept) {
+    kept.clear();
+    std::size_t count = 0;
+    for (const auto& run : runs)
+        for (const SampleFields<kFields>* f = run.begin; f != run.end; ++f) {
+            if (count++ % step != 0) continue;
+            kept.push_back(*f);
+            for (int k = 0; k < 3; ++k) kept.back()[static_cast<std::size_t>(k)] += run.origin[k];
+        }
+    runs.assign(1, {kept.data(), kept.data() + kept.size(), Vec3f(0)});
+}
+
 /// Calls visit(PointGroup, SampleRuns) for every group of points on several threads. The samples contain at least all
 /// those within reachOf(group) of each of its points, in an order that does not depend on the groups: if samples beyond
 /// a point's own reach contribute zero, its sums depend on the samples alone. Positions of points and samples are in
@@ -263,28 +295,9 @@ void forGroups(const PointGroups& points, const std::vector<Vec3>& point, const 
                     const auto end = near.begin() + static_cast<std::ptrdiff_t>(found);
                     found = static_cast<std::size_t>(std::remove_if(near.begin(), end, isTooFar) - near.begin());
                 }
-                runs.clear();
-                std::size_t n = 0;
-                for (const std::uint32_t i : std::span(near).first(found)) {
-                    const Run& run = candidates[i];
-                    n += static_cast<std::size_t>(run.end - run.begin);
-                    if (!runs.empty() && runs.back().end == run.begin && runs.back().origin == run.origin)
-                        runs.back().end = run.end;
-                    else
-                        runs.push_back(run);
-                }
+                const std::size_t n = joinRuns<kFields>(candidates, std::span(near).first(found), runs);
                 const std::size_t step = std::max<std::size_t>((n + max_samples - 1) / max_samples, 1);
-                if (step > 1) {
-                    thinned.clear();
-                    std::size_t count = 0;
-                    for (const Run& run : runs)
-                        for (const SampleFields<kFields>* f = run.begin; f != run.end; ++f) {
-                            if (count++ % step != 0) continue;
-                            thinned.push_back(*f);
-                            for (int k = 0; k < 3; ++k) thinned.back()[static_cast<std::size_t>(k)] += run.origin[k];
-                        }
-                    runs.assign(1, {thinned.data(), thinned.data() + thinned.size(), Vec3f(0)});
-                }
+                if (step > 1) keepEvery<kFields>(step, runs, thinned);
                 const std::uint32_t begin = points.begin(g);
                 visit(PointGroup(points.begin(g + 1) - begin,
                                  [&](std::size_t i) {

@@ -145,6 +145,57 @@ void keepOutOfSkins(const Particles& particles, const SnappedParticles& larger,
         }
 }
 
+// What is added to the squared distances from samples that have just appeared.
+float newSampleOffset(const BallBoundary& outer) {
+    const bool have_scales = !outer.radius_of.empty() || !outer.radius_rate.empty();
+    return have_scales ? kNewSampleSquaredOffsetOfUnequal : kNewSampleSquaredOffset;
+}
+
+// The points of the network as samples.
+OuterSamples samplesOnArcs(const BallBoundary& outer, const ArcNetwork& network, const SkinLengths& lengths,
+                           double spacing) {
+    const double rolling_share = lengths.rolling() / lengths.outer();
+    OuterSamples samples;
+    samples.scale = network.pointScales(outer);
+    if (!outer.radius_rate.empty()) {
+        samples.growth =
+            network.pointMeans(outer, [&](std::size_t ball) { return outer.radius_rate[ball] * rolling_share; });
+        samples.scale.resize(samples.growth.size(), 1);
+    }
+    samples.point = unfadedPoints(network);
+    samples.weight = weightsOfPoints(outer, network, samples.point, spacing);
+    samples.squared_offset.assign(samples.point.size(), 0);
+    for (const FadingVertex& fading : network.fading)
+        samples.squared_offset[fading.vertex] = newSampleOffset(outer) * static_cast<float>(1 - fading.fade.value);
+    samples.exposure.assign(samples.point.size(), 0);
+    return samples;
+}
+
+// Adds the points inside faces that are far enough from rims.
+void addSamplesInFaces(const BallBoundary& outer, const std::vector<DualVec3>& balls, const FacePoints& inside,
+                       const SkinLengths& lengths, double spacing, OuterSamples& samples) {
+    const bool have_growth = !outer.radius_rate.empty(), have_scales = have_growth || !outer.radius_of.empty();
+    const double radius = lengths.outer() * spacing, rolling_share = lengths.rolling() / lengths.outer();
+    const auto directions = static_cast<double>(inside.directions.position.size());
+    const double face_area = 4 * std::numbers::pi * radius * radius / directions / (spacing * spacing);
+    const float offset = newSampleOffset(outer);
+    for (std::size_t b = 0; b < balls.size(); ++b) {
+        const Dual of_ball(radius * outer.scaleOf(b), outer.worldRadiusOf(b).rate);
+        double exposed = 0;
+        for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
+            const double fade = smoothStep(inside.rim_distance[p] / kOuterFadeWidth).value;
+            if (inside.contactOf(p) || !(fade > 0)) continue;
+            samples.point.push_back(balls[b] + inside.outwards(p) * of_ball);
+            samples.weight.push_back(static_cast<float>(face_area * fade));
+            samples.squared_offset.push_back(offset * static_cast<float>(1 - fade));
+            exposed += fade;
+        }
+        samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / directions));
+        if (have_scales) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
+        if (have_growth) samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
+    }
+}
+
 }  // namespace
 
 std::vector<DualVec3> unfadedPoints(const ArcNetwork& network) {
@@ -175,7 +226,7 @@ std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwor
     for (const FadingVertex& fading : network.fading) {
         const float moved = weight[fading.vertex] * static_cast<float>(1 - fading.fade.value);
         weight[fading.vertex] -= moved;
-        for (const std::size_t k : {0U, 1U}) weight[fading.anchor[k]] += moved / 2;
+        for (const std::size_t k : {0U, 1U}) weight[fading.support[k]] += moved / 2;
     }
     return weight;
 }
@@ -186,7 +237,6 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const Particles all = unsnapped(particles, snapped);
     const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
-    const auto direction_count = static_cast<double>(directions.position.size());
     BallBoundary outer = ballBoundary(larger, exposureCandidates(larger, snapped, boundary), directions.position);
     setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
@@ -196,41 +246,9 @@ OuterSamples outerSamples(const Particles& particles, const SnappedParticles& sn
     const ArcNetwork network = arcPoints(outer, balls, boundaryVertices(all, larger, outer, balls), subdivision);
     const FacePoints inside = facePoints(larger, outer, balls, std::move(directions));
 
-    OuterSamples samples;
-    samples.scale = network.pointScales(outer);
-    const double rolling_share = lengths.rolling() / lengths.outer();
-    if (!outer.radius_rate.empty()) {
-        samples.growth =
-            network.pointMeans(outer, [&](std::size_t ball) { return outer.radius_rate[ball] * rolling_share; });
-        samples.scale.resize(samples.growth.size(), 1);
-    }
-    const bool have_growth = !outer.radius_rate.empty(), have_scales = have_growth || !outer.radius_of.empty();
-    samples.point = unfadedPoints(network);
-    const std::size_t on_arcs = samples.point.size();
-    samples.weight = weightsOfPoints(outer, network, samples.point, spacing);
-    const float offset = samples.scale.empty() ? kNewSampleSquaredOffset : kNewSampleSquaredOffsetOfUnequal;
-    samples.squared_offset.assign(on_arcs, 0);
-    for (const FadingVertex& fading : network.fading)
-        samples.squared_offset[fading.vertex] = offset * static_cast<float>(1 - fading.fade.value);
-    samples.exposure.assign(on_arcs, 0);
-    const double face_area = 4 * std::numbers::pi * radius * radius / direction_count / (spacing * spacing);
-    for (std::size_t b = 0; b < balls.size(); ++b) {
-        const Dual of_ball(radius * outer.scaleOf(b), outer.worldRadiusOf(b).rate);
-        double exposed = 0;
-        for (std::uint32_t p = inside.begin[b]; p < inside.begin[b + 1]; ++p) {
-            const double fade = smoothStep(inside.rim_distance[p] / kOuterFadeWidth).value;
-            if (inside.contactOf(p) || !(fade > 0)) continue;
-            samples.point.push_back(balls[b] + inside.outwards(p) * of_ball);
-            samples.weight.push_back(static_cast<float>(face_area * fade));
-            samples.squared_offset.push_back(offset * static_cast<float>(1 - fade));
-            exposed += fade;
-        }
-        samples.exposure.resize(samples.point.size(), static_cast<float>(exposed / direction_count));
-        if (have_scales) samples.scale.resize(samples.point.size(), static_cast<float>(outer.scaleOf(b)));
-        if (have_growth) samples.growth.resize(samples.point.size(), static_cast<float>(of_ball.rate * rolling_share));
-    }
-    if (outer.radius_of.empty()) return samples;
-    keepOutOfSkins(all, larger, notAmongAlike(larger), lengths, spacing, samples);
+    OuterSamples samples = samplesOnArcs(outer, network, lengths, spacing);
+    addSamplesInFaces(outer, balls, inside, lengths, spacing, samples);
+    if (!outer.radius_of.empty()) keepOutOfSkins(all, larger, notAmongAlike(larger), lengths, spacing, samples);
     return samples;
 }
 

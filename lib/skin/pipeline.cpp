@@ -25,6 +25,7 @@
 #include "skin/unfold.h"
 #include "skin/union_mesh.h"
 #include "skin/velocity.h"
+#include "skin/voids.h"
 #include "skin/walls.h"
 
 #include <array>
@@ -40,7 +41,7 @@ namespace {
 struct BaseSurface {
     BetaMesh mesh;
     OuterSamples outer;                        // of a surface with a skin
-    DeepParticles deep;                        // likewise
+    ParticlesAtRisk at_risk;                   // likewise
     std::vector<Meeting> meetings;             // likewise
     std::optional<CoherentSmoother> smoother;  // of one without, if it is smoothed
 };
@@ -59,7 +60,7 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
         base.outer = outerSamples(particles, structure.snapped, boundary, skinLengths(params), spacing);
         addNarrowGaps(boundary, balls, network, points, skinLengths(params), spacing, base.outer);
         base.meetings = meetings(boundary, network, points, spacing);
-        base.deep = deepParticles(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
+        base.at_risk = particlesAtRisk(structure.snapped, effectiveSkinDepth(params), facetsMayCutOffParticles(params));
     }
     std::exchange(structure.snapped, {});  // large
     std::exchange(structure.boundary.exposed, {});
@@ -94,7 +95,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     surface.writePositions();
     addLastRefinement(mesh.fading, on_balls);
     if (retracted) addLastRefinement(mesh.fading, *retracted);
-    InsideKeeper particles(base.deep, particleSpacing(params), mesh);
+    InsideKeeper particles(base.at_risk, particleSpacing(params), mesh);
     particles.raise();
     const auto resolve = [&](const DualPoints& from, bool is_last) {
         return resolveSelfIntersections(boundary, from, mesh, true, is_last);

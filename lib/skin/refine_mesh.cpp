@@ -10,17 +10,6 @@
 
 namespace betamesh {
 
-namespace {
-
-// An edge by its ends, ascending, and the demand for a vertex in its middle, 0 to 1.
-struct LongEdge {
-    std::uint32_t from, to;
-    double demand;
-    std::pair<std::uint32_t, std::uint32_t> ends() const { return {from, to}; }
-};
-
-}  // namespace
-
 // The fade weight of each vertex: 1 unless it fades in.
 std::vector<float> DeformingMesh::fadeWeights() const {
     std::vector<float> fade(size(), 1);
@@ -32,8 +21,8 @@ std::vector<float> DeformingMesh::fadeWeights() const {
 // Weighs the diagonals of quads by the fade weights of their ends, because quads appear and vanish with such corners.
 void DeformingMesh::weighDiagonals(const std::vector<float>& fade) {
     for (FadingVertex& fading : mesh_.fading[kInQuads]) {
-        const auto& [a, b, c, d] = fading.anchor;
-        const double of_other = fading.anchor_weight[2].value + fading.anchor_weight[3].value;
+        const auto& [a, b, c, d] = fading.support;
+        const double of_other = fading.support_weight[2].value + fading.support_weight[3].value;
         const double edge = (1 - of_other) * fade[a] * fade[b], other = of_other * fade[c] * fade[d];
         if (edge + other > 0) placeOnDiagonals(fading, other / (edge + other), 0);
     }
@@ -45,13 +34,13 @@ void DeformingMesh::placeOnDiagonals(FadingVertex& fading, double of_other, doub
     Vec3 step(0);
     for (std::size_t k = 0; k < 4; k += 2) {
         const double share = k == 0 ? 1 - of_other : of_other;
-        const double sum = fading.anchor_weight[k].value + fading.anchor_weight[k + 1].value;
-        double of_first = sum > 0 ? fading.anchor_weight[k].value / sum : 0.5;
+        const double sum = fading.support_weight[k].value + fading.support_weight[k + 1].value;
+        double of_first = sum > 0 ? fading.support_weight[k].value / sum : 0.5;
         of_first += (0.5 - of_first) * middle;
         for (const std::size_t m : {k, k + 1}) {
             const double weight = share * (m == k ? of_first : 1 - of_first);
-            step += position_[fading.anchor[m]] * (weight - fading.anchor_weight[m].value);
-            fading.anchor_weight[m] = weight;
+            step += position_[fading.support[m]] * (weight - fading.support_weight[m].value);
+            fading.support_weight[m] = weight;
         }
     }
     position_[fading.vertex] += step;
@@ -89,8 +78,9 @@ struct DeformingMesh::SplitDemand {
 DeformingMesh::SplitDemand DeformingMesh::splitDemand(double radius, double edge_factor) const {
     const double longest_flat = std::max(kMaxFlatEdge, kMaxFlatEdgeRadii * radius);
     const std::vector<Vec3f> normals = meanNormals();
+    const std::vector<float> variation = kernelNormals(kVariationKernel, normals).variation;
     SplitDemand demand{*this,
-                       kernelNormals(kVariationKernel, normals).variation,
+                       std::vector<float>(size()),
                        fadeWeights(),
                        std::vector<float>(size()),
                        normals,
@@ -98,9 +88,9 @@ DeformingMesh::SplitDemand DeformingMesh::splitDemand(double radius, double edge
                        kMaxRimEdge * edge_factor,
                        kMinTurningEdge * edge_factor};
     parallelFor(size(), 4096, [&](std::size_t v) {
-        const double variation = demand.longest[v];
-        const double round = smoothStep((variation - kFlatVariation) / (kRoundVariation - kFlatVariation)).value;
-        demand.curved[v] = static_cast<float>(smoothStep((variation - kRimVariation) / kRimVariation).value);
+        const double varies = variation[v];
+        const double round = smoothStep((varies - kFlatVariation) / (kRoundVariation - kFlatVariation)).value;
+        demand.curved[v] = static_cast<float>(smoothStep((varies - kRimVariation) / kRimVariation).value);
         demand.longest[v] = static_cast<float>(edge_factor * (longest_flat * (1 - round) + kMaxRoundEdge * round));
     });
     return demand;
@@ -131,18 +121,18 @@ void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
         double all = 0;
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = 0; j < i; ++j) {
-                const double both = fading.anchor_weight[i].value * fading.anchor_weight[j].value;  // 1/4 in a middle
-                if (both > 0) all += 4 * both * demand(fading.anchor[j], fading.anchor[i]);
+                const double both = fading.support_weight[i].value * fading.support_weight[j].value;  // 1/4 in a middle
+                if (both > 0) all += 4 * both * demand(fading.support[j], fading.support[i]);
             }
         if (all > 0) raise(fading, std::min(all, 1.0));
     }
     for (const std::size_t group : {kOnEdges, kInQuads, kFirstRefinement, kFirstRefinement + 1})
         for (FadingVertex& fading : mesh_.fading[group]) {
-            const auto& from = fading.anchor;
+            const auto& from = fading.support;
             std::array<double, 2> share, demanded;  // of each diagonal, or of the edge
             double all = 0;
             for (const std::size_t k : {0U, 1U}) {
-                share[k] = fading.anchor_weight[2 * k].value + fading.anchor_weight[2 * k + 1].value;
+                share[k] = fading.support_weight[2 * k].value + fading.support_weight[2 * k + 1].value;
                 demanded[k] = share[k] > 0 ? share[k] * demand(from[2 * k], from[2 * k + 1]) : 0;
                 all += demanded[k];
             }
@@ -151,7 +141,7 @@ void DeformingMesh::fadeInOnLongEdges(SplitDemand& demand, bool on_curves) {
             for (const std::size_t k : {0U, 1U})
                 if (on_curves && demanded[k] > 0)
                     position_[fading.vertex] +=
-                        curveOffset(from[2 * k], from[2 * k + 1], fading.anchor_weight[2 * k + 1].value / share[k],
+                        curveOffset(from[2 * k], from[2 * k + 1], fading.support_weight[2 * k + 1].value / share[k],
                                     demand.normal) *
                         (demanded[k] * (1 - fading.fade.value));
             raise(fading, all);
@@ -166,72 +156,110 @@ Vec3 DeformingMesh::curveOffset(std::uint32_t from, std::uint32_t to, double t,
     return (at_to * (dot(at_to, along) * t) - at_from * (dot(at_from, along) * (1 - t))) * (t * (1 - t));
 }
 
-// Splits edges in demand; their new vertices are listed from the group given on, those in quads in the next.
-void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
-    const bool on_curves = group == kLastRefinement;
-    fadeInOnLongEdges(demand, on_curves);
-    const std::size_t triangles = mesh_.triangles.size();
-    constexpr std::size_t kPerTask = 8192;
-    std::vector<std::vector<LongEdge>> parts((triangles + kPerTask - 1) / kPerTask);
-    std::vector<std::array<bool, 3>> is_long(triangles);
-    parallelFor(parts.size(), 1, [&](std::size_t task) {
-        for (std::size_t t = task * kPerTask; t < std::min(triangles, (task + 1) * kPerTask); ++t)
-            for (std::size_t k = 0; k < 3; ++k) {
-                const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
-                const double demanded = demand(std::min(a, b), std::max(a, b));
-                is_long[t][k] = demanded > 0;
-                if (is_long[t][k] && a < b) parts[task].push_back({a, b, demanded});  // not again from the other side
-            }
-    });
-    std::vector<LongEdge> edges = concatenate(parts);
-    if (edges.empty()) return;
-    std::sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.ends() < b.ends(); });
-    edges.erase(std::unique(edges.begin(), edges.end(),
-                            [](const LongEdge& a, const LongEdge& b) { return a.ends() == b.ends(); }),
-                edges.end());
-    const auto first = static_cast<std::uint32_t>(size());
-    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
-        const std::pair ends(std::min(a, b), std::max(a, b));
-        const auto at = std::lower_bound(edges.begin(), edges.end(), ends,
-                                         [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
-        return first + static_cast<std::uint32_t>(at - edges.begin());
+// Splits the edges in demand at vertices in their middles, and the triangles with them.
+class DeformingMesh::EdgeSplitter {
+public:
+    EdgeSplitter(DeformingMesh& surface, SplitDemand& demand)
+        : surface_(surface),
+          mesh_(surface.mesh_),
+          demand_(demand),
+          is_long_(mesh_.triangles.size()),
+          edges_(longEdges()),
+          first_middle_(static_cast<std::uint32_t>(surface.size())) {}
+
+    bool hasLongEdges() const { return !edges_.empty(); }
+
+    // Adds the vertices in the middles of the edges, and lists them.
+    void addMiddles(bool on_curves, std::vector<FadingVertex>& listed) {
+        for (const LongEdge& edge : edges_) {
+            addVertex(listed, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.demand);
+            if (on_curves)
+                surface_.position_.back() +=
+                    surface_.curveOffset(edge.from, edge.to, 0.5, demand_.normal) * edge.demand;
+        }
+    }
+
+    // Splits the triangles at these, and lists the vertices that are added in quads.
+    void splitTriangles(std::vector<FadingVertex>& listed) {
+        const std::size_t triangles = mesh_.triangles.size();
+        std::vector<Middles> middles(triangles);
+        parallelFor(triangles, 4096, [&](std::size_t t) {
+            const Triangle& q = mesh_.triangles[t];
+            for (std::size_t k = 0; k < 3; ++k)
+                middles[t][k] = is_long_[t][k] ? middleOf(q[k], q[(k + 1) % 3]) : kInvalidIndex;
+        });
+        std::vector<Triangle> split;
+        split.reserve(triangles + 4 * edges_.size());
+        std::vector<std::uint32_t>& ball_begin = mesh_.ball_begin;
+        std::size_t ball = 0;
+        for (std::size_t t = 0; t < triangles; ++t) {
+            for (; ball < ball_begin.size() && ball_begin[ball] == t; ++ball)
+                ball_begin[ball] = static_cast<std::uint32_t>(split.size());
+            addParts(mesh_.triangles[t], middles[t], split, listed);
+        }
+        for (; ball < ball_begin.size(); ++ball) ball_begin[ball] = static_cast<std::uint32_t>(split.size());
+        mesh_.triangles = std::move(split);
+    }
+
+private:
+    // An edge by its ends, ascending, and the demand for a vertex in its middle, 0 to 1.
+    struct LongEdge {
+        std::uint32_t from, to;
+        double demand;
+        std::pair<std::uint32_t, std::uint32_t> ends() const { return {from, to}; }
     };
-    const auto addVertex = [&](std::vector<FadingVertex>& listed, const std::array<std::uint32_t, 4>& from,
-                               const std::array<double, 4>& weight, double fade) {
-        FadingVertex fading{static_cast<std::uint32_t>(size()), from, {}, fade, {}};
+    // Of each edge of a triangle the vertex in its middle; kInvalidIndex: it is not split.
+    using Middles = std::array<std::uint32_t, 3>;
+
+    // The edges in demand, in order, each once. Sets is_long_.
+    std::vector<LongEdge> longEdges() {
+        constexpr std::size_t kPerTask = 8192;
+        using Edges = std::vector<LongEdge>;
+        Edges edges = concatenate(parallelParts<Edges>(
+            mesh_.triangles.size(), kPerTask, [&](std::size_t begin, std::size_t end, Edges& part) {
+                for (std::size_t t = begin; t < end; ++t)
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+                        const double demanded = demand_(std::min(a, b), std::max(a, b));
+                        is_long_[t][k] = demanded > 0;
+                        if (is_long_[t][k] && a < b) part.push_back({a, b, demanded});  // not from the other side again
+                    }
+            }));
+        std::sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.ends() < b.ends(); });
+        edges.erase(std::unique(edges.begin(), edges.end(),
+                                [](const LongEdge& a, const LongEdge& b) { return a.ends() == b.ends(); }),
+                    edges.end());
+        return edges;
+    }
+
+    std::uint32_t middleOf(std::uint32_t a, std::uint32_t b) const {
+        const std::pair ends(std::min(a, b), std::max(a, b));
+        const auto at = std::lower_bound(edges_.begin(), edges_.end(), ends,
+                                         [](const LongEdge& edge, const auto& sought) { return edge.ends() < sought; });
+        return first_middle_ + static_cast<std::uint32_t>(at - edges_.begin());
+    }
+
+    void addVertex(std::vector<FadingVertex>& listed, const std::array<std::uint32_t, 4>& from,
+                   const std::array<double, 4>& weight, double fade) {
+        FadingVertex fading{static_cast<std::uint32_t>(surface_.size()), from, {}, fade, {}};
         Vec3 position(0);
         double scale = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-            fading.anchor_weight[k] = weight[k];
+            fading.support_weight[k] = weight[k];
             fading.unfaded = fading.unfaded + mesh_.vertex[from[k]] * weight[k];
-            position += position_[from[k]] * weight[k];
-            scale += static_cast<double>(this->scale(from[k])) * weight[k];
+            position += surface_.position_[from[k]] * weight[k];
+            scale += static_cast<double>(surface_.scale(from[k])) * weight[k];
         }
         mesh_.vertex.push_back(fading.unfaded);
         if (!mesh_.scale.empty()) mesh_.scale.push_back(static_cast<float>(scale));
-        position_.push_back(position);
-        demand.fade.push_back(static_cast<float>(fade));
+        surface_.position_.push_back(position);
+        demand_.fade.push_back(static_cast<float>(fade));
         listed.push_back(fading);
-    };
-    auto &on_edges = mesh_.fading[group], &in_quads = mesh_.fading[group + 1];
-    for (const LongEdge& edge : edges) {
-        addVertex(on_edges, {edge.from, edge.to, edge.to, edge.to}, {0.5, 0.5, 0, 0}, edge.demand);
-        if (on_curves) position_.back() += curveOffset(edge.from, edge.to, 0.5, demand.normal) * edge.demand;
     }
-    std::vector<std::array<std::uint32_t, 3>> middles(triangles);
-    parallelFor(triangles, 4096, [&](std::size_t t) {
-        const Triangle& q = mesh_.triangles[t];
-        for (std::size_t k = 0; k < 3; ++k)
-            middles[t][k] = is_long[t][k] ? middleOf(q[k], q[(k + 1) % 3]) : kInvalidIndex;
-    });
-    std::vector<Triangle> split;
-    split.reserve(triangles + 4 * edges.size());
-    std::size_t ball = 0;
-    for (std::size_t t = 0; t < triangles; ++t) {
-        for (; ball < mesh_.ball_begin.size() && mesh_.ball_begin[ball] == t; ++ball)
-            mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
-        const Triangle q = mesh_.triangles[t];
-        const std::array<std::uint32_t, 3>& middle = middles[t];
+
+    // Adds the triangles that a triangle is split into; listed: as in splitTriangles().
+    void addParts(const Triangle& q, const Middles& middle, std::vector<Triangle>& split,
+                  std::vector<FadingVertex>& listed) {
         const auto cuts = 3 - std::count(middle.begin(), middle.end(), kInvalidIndex);
         if (cuts == 0) {
             split.push_back(q);
@@ -248,14 +276,30 @@ void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
             const std::uint32_t bc = middle[(whole + 1) % 3], ca = middle[(whole + 2) % 3];
             split.push_back({c, ca, bc});
             const std::array<std::uint32_t, 4> quad{a, b, bc, ca};  // whose diagonals are a bc and b ca
-            const auto centre = static_cast<std::uint32_t>(size());
-            const double to_bc = demand.fade[bc] / (2.0 * (demand.fade[bc] + demand.fade[ca])), to_ca = 0.5 - to_bc;
-            addVertex(in_quads, {a, bc, b, ca}, {to_bc, to_bc, to_ca, to_ca}, 0);
+            const auto centre = static_cast<std::uint32_t>(surface_.size());
+            const std::vector<float>& fade = demand_.fade;
+            const double to_bc = fade[bc] / (2.0 * (fade[bc] + fade[ca])), to_ca = 0.5 - to_bc;
+            addVertex(listed, {a, bc, b, ca}, {to_bc, to_bc, to_ca, to_ca}, 0);
             for (std::size_t k = 0; k < 4; ++k) split.push_back({quad[k], quad[(k + 1) % 4], centre});
         }
     }
-    for (; ball < mesh_.ball_begin.size(); ++ball) mesh_.ball_begin[ball] = static_cast<std::uint32_t>(split.size());
-    mesh_.triangles = std::move(split);
+
+    DeformingMesh& surface_;
+    BetaMesh& mesh_;
+    SplitDemand& demand_;
+    std::vector<std::array<bool, 3>> is_long_;  // of each triangle's edges
+    std::vector<LongEdge> edges_;
+    std::uint32_t first_middle_;  // vertex in the middle of the first edge; the others follow in order
+};
+
+// Splits edges in demand; their new vertices are listed from the group given on, those in quads in the next.
+void DeformingMesh::splitLongEdges(SplitDemand& demand, std::size_t group) {
+    const bool on_curves = group == kLastRefinement;
+    fadeInOnLongEdges(demand, on_curves);
+    EdgeSplitter splitter(*this, demand);
+    if (!splitter.hasLongEdges()) return;
+    splitter.addMiddles(on_curves, mesh_.fading[group]);
+    splitter.splitTriangles(mesh_.fading[group + 1]);
 }
 
 }  // namespace betamesh

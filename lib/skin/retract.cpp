@@ -233,7 +233,7 @@ public:
         step = surface_.kernelMeansOfFew(kCatchUpKernel, step);
         parallelFor(step.size(), 8192, [&](std::size_t v) {
             const float longest = static_cast<float>(kMaxStepInKernels * kCatchUpKernel) * surface_.scale(v);
-            if (const float length = step[v].length(); length > longest) step[v] *= longest / length;
+            step[v] = limitedTo(step[v], longest);
         });
         move(step);
     }

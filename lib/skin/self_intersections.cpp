@@ -37,7 +37,7 @@ std::vector<TrianglePair> crossingPairs(const PatchTree& tree, const BetaMesh& m
     return std::move(pairs);
 }
 
-// Moves corners of crossing triangles that fade in to the vertex with the largest weight among those they fade in from.
+// Moves corners of crossing triangles that fade in to the support with the largest weight.
 // Where balls touch, several sheets share a line whose middle single precision cannot represent.
 void moveToSupports(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
     std::vector<std::uint8_t> is_corner(mesh.vertex.size(), 0);
@@ -49,8 +49,8 @@ void moveToSupports(const std::vector<TrianglePair>& pairs, BetaMesh& mesh) {
             if (!is_corner[fading.vertex]) continue;
             std::size_t largest = 0;
             for (std::size_t k = 1; k < 4; ++k)
-                if (fading.anchor_weight[k].value > fading.anchor_weight[largest].value) largest = k;
-            mesh.vertex[fading.vertex].position = mesh.vertex[fading.anchor[largest]].position;
+                if (fading.support_weight[k].value > fading.support_weight[largest].value) largest = k;
+            mesh.vertex[fading.vertex].position = mesh.vertex[fading.support[largest]].position;
         }
 }
 
@@ -137,71 +137,108 @@ void moveOffPlanes(const std::vector<TrianglePair>& pairs, double distance, doub
     moveAlong(std::move(directions), distance, longest, mesh);
 }
 
+// The crossing triangles of a mesh, and what is done until there are none.
+class CrossingResolver {
+public:
+    CrossingResolver(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh)
+        : from_(from),
+          mesh_(mesh),
+          radius_(boundary.worldRadius()),
+          tree_(mesh, from.position, radius_, crossingFreeComponents(boundary, from.position, mesh)),
+          pairs_(crossingPairs(tree_, mesh)) {}
+
+    bool isResolved() const { return pairs_.empty(); }
+
+    // Moves the corners of crossing triangles: to the means of their one-rings, then back through each other.
+    void relaxCorners() {
+        for (int i = 0; i < kCornerRelaxations && !isResolved(); ++i)
+            moveCorners([&] { moveToRingMeans(pairs_, tree_, mesh_); });
+        for (int i = 0; i < kMovesBack && !isResolved(); ++i)
+            moveCorners([&] { moveBackThrough(pairs_, from_, kMoveBack * radius_, mesh_); });
+    }
+
+    // Reduces the displacements of crossing triangles, after some rounds to nothing, until none cross or nothing is
+    // left to reduce.
+    void reduceDisplacements() {
+        DisplacementLimits limits(from_, radius_, mesh_);
+        for (int round = 0; !isResolved();) {
+            tree_.deactivateAll();
+            activateNear(1);
+            const bool all_the_way = round >= kMaxReductionRounds, any = limits.reduce(pairs_, all_the_way, tree_);
+            if (!any && all_the_way) break;
+            round = any ? round + 1 : kMaxReductionRounds;
+            tree_.keepActive(
+                [&](std::uint32_t v) { return mesh_.vertex[v].position != limits.limitedPosition(v).position; });
+            activateNear(0);
+            tree_.forActiveTriangles([&](const Triangle& t) {
+                for (const std::uint32_t v : t) mesh_.vertex[v] = limits.limitedPosition(v);
+            });
+            tree_.refit();
+            pairs_ = crossingPairs(tree_, mesh_);
+        }
+    }
+
+    // Moves crossing triangles apart by a few units of single precision, by more with each attempt.
+    void separate() {
+        if (isResolved()) return;
+        double largest = 0;  // absolute coordinate
+        for (const Vec3& p : from_.position)
+            for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(p[k]));
+        double distance = largest * std::numeric_limits<float>::epsilon();
+        for (int i = 0; i < kMaxSeparations && !isResolved(); ++i, distance *= kSeparationGrowth)
+            moveCorners([&] {
+                if (i < kSupportSeparations)
+                    moveToSupports(pairs_, mesh_);
+                else if (i % 2 == 0)
+                    moveOffPlanes(pairs_, distance, kMaxSeparation * radius_, mesh_);
+                else
+                    moveToRingMeans(pairs_, tree_, mesh_);
+            });
+    }
+
+private:
+    // Activates what is within a distance of the crossing triangles, where they were and where they are; radii of the
+    // balls beside them.
+    void activateNear(double radii) {
+        for (const std::uint32_t t : trianglesOf(pairs_)) {
+            Box box;
+            double scale = 0;
+            for (const std::uint32_t v : mesh_.triangles[t]) {
+                box.extendBy(from_.position[v]);
+                box.extendBy(mesh_.vertex[v].position);
+                scale = std::max(scale, mesh_.scaleOf(v));
+            }
+            tree_.activate(box, radii * scale * radius_);
+        }
+    }
+    // move() may move the corners of the crossing triangles.
+    template <typename Move>
+    void moveCorners(const Move& move) {
+        tree_.deactivateAll();
+        activateNear(0.5);
+        move();
+        tree_.refit();
+        pairs_ = crossingPairs(tree_, mesh_);
+    }
+
+    const DualPoints& from_;
+    BetaMesh& mesh_;
+    double radius_;  // of the largest ball
+    PatchTree tree_;
+    std::vector<TrianglePair> pairs_;
+};
+
 }  // namespace
 
 bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, bool moves_corners,
                               bool is_last) {
     if (mesh.triangles.empty()) return true;
     roundToFloats(mesh);
-    const double radius = boundary.worldRadius();
-    PatchTree tree(mesh, from.position, radius, crossingFreeComponents(boundary, from.position, mesh));
-    std::vector<TrianglePair> pairs = crossingPairs(tree, mesh);
-    if (pairs.empty()) return true;
-    const auto activateNear = [&](double radii) {
-        for (const std::uint32_t t : trianglesOf(pairs)) {
-            Box box;
-            double scale = 0;
-            for (const std::uint32_t v : mesh.triangles[t]) {
-                box.extendBy(from.position[v]);
-                box.extendBy(mesh.vertex[v].position);
-                scale = std::max(scale, mesh.scaleOf(v));
-            }
-            tree.activate(box, radii * scale * radius);
-        }
-    };
-    const auto moveCorners = [&](const auto& move) {
-        tree.deactivateAll();
-        activateNear(0.5);
-        move();
-        tree.refit();
-        pairs = crossingPairs(tree, mesh);
-    };
-    if (moves_corners) {
-        for (int i = 0; i < kCornerRelaxations && !pairs.empty(); ++i)
-            moveCorners([&] { moveToRingMeans(pairs, tree, mesh); });
-        for (int i = 0; i < kMovesBack && !pairs.empty(); ++i)
-            moveCorners([&] { moveBackThrough(pairs, from, kMoveBack * radius, mesh); });
-    }
-    DisplacementLimits limits(from, radius, mesh);
-    for (int round = 0; !pairs.empty();) {
-        tree.deactivateAll();
-        activateNear(1);
-        const bool all_the_way = round >= kMaxReductionRounds, any = limits.reduce(pairs, all_the_way, tree);
-        if (!any && all_the_way) break;
-        round = any ? round + 1 : kMaxReductionRounds;
-        tree.keepActive([&](std::uint32_t v) { return mesh.vertex[v].position != limits.limitedPosition(v).position; });
-        activateNear(0);
-        tree.forActiveTriangles([&](const Triangle& t) {
-            for (const std::uint32_t v : t) mesh.vertex[v] = limits.limitedPosition(v);
-        });
-        tree.refit();
-        pairs = crossingPairs(tree, mesh);
-    }
-    if (pairs.empty() || !is_last) return pairs.empty();
-    double largest = 0;  // absolute coordinate
-    for (const Vec3& p : from.position)
-        for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(p[k]));
-    double distance = largest * std::numeric_limits<float>::epsilon();
-    for (int i = 0; i < kMaxSeparations && !pairs.empty(); ++i, distance *= kSeparationGrowth)
-        moveCorners([&] {
-            if (i < kSupportSeparations)
-                moveToSupports(pairs, mesh);
-            else if (i % 2 == 0)
-                moveOffPlanes(pairs, distance, kMaxSeparation * radius, mesh);
-            else
-                moveToRingMeans(pairs, tree, mesh);
-        });
-    return pairs.empty();
+    CrossingResolver crossings(boundary, from, mesh);
+    if (moves_corners) crossings.relaxCorners();
+    crossings.reduceDisplacements();
+    if (is_last) crossings.separate();
+    return crossings.isResolved();
 }
 
 }  // namespace betamesh

@@ -83,10 +83,9 @@ KernelShapes fitSpheres(DeformingMesh& surface, double widest) {
         forLanes(FitSums{near, matrix, point, sums});
         for (std::size_t lane = 0; lane < group.size; ++lane) {
             const std::uint32_t v = group.row[lane];
-            const double unit = surface.scale(v), longest = kMaxFitStep * unit;
-            Vec3 onto = stepOntoSphere(sums, lane, unit) * fitShare(shapes.width[v]);
-            if (const double length = onto.length(); length > longest) onto *= longest / length;
-            step[v] = Vec3f(onto);
+            const double unit = surface.scale(v);
+            const Vec3 onto = stepOntoSphere(sums, lane, unit) * fitShare(shapes.width[v]);
+            step[v] = Vec3f(limitedTo(onto, kMaxFitStep * unit));
         }
     };
     forElements(surface.groups(), surface.position(), elements, surface.spacing(), shapes.reach, normal, visit);

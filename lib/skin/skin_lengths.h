@@ -4,6 +4,10 @@
 
 namespace betamesh {
 
+/// Radius of the rolling ball of SkinLengths: it touches balls of radius `skin` around two particles and the midpoint
+/// between these, if the balls of radius `joining` just touch there. Lengths in any unit.
+constexpr double rollingRadius(double joining, double skin) { return (joining * joining - skin * skin) / (2 * skin); }
+
 /// The lengths that define a skin, all in particle spacings.
 ///
 /// Balls of radius `joining` decide which particles are connected. The skin is the boundary of the region that a ball
@@ -16,7 +20,7 @@ struct SkinLengths {
     bool volume_true = false;  ///< threads and drops are a little thicker than `skin`, which makes their volume true
     double edge_factor = 1;    ///< >= 1: scales the edge lengths at which the mesh is refined
 
-    double rolling() const { return (joining * joining - skin * skin) / (2 * skin); }
+    double rolling() const { return rollingRadius(joining, skin); }
     double outer() const { return skin + rolling(); }
     /// Whether the mesh is to be coarse, for which fewer steps do.
     bool isCoarse() const { return edge_factor > 1; }

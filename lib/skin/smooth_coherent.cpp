@@ -316,12 +316,12 @@ void limitDisplacements(Displacements& moves) {
     }
 }
 
-// Blends the positions of vertices that fade in with those of the vertices they fade in from. Vertices on facets may
-// fade in from each other; then the unblended positions count.
+// Blends the positions of vertices that fade in with those of their supports. Vertices on facets may be supports of
+// each other; then the unblended positions count.
 void blendFadingVertices(BetaMesh& mesh) {
     const auto blended = [&](const FadingVertex& fading) {
         DualVec3 from;
-        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.anchor[k]] * fading.anchor_weight[k];
+        for (std::size_t k = 0; k < 4; ++k) from = from + mesh.vertex[fading.support[k]] * fading.support_weight[k];
         return mesh.vertex[fading.vertex] * fading.fade + from * (1 - fading.fade);
     };
     for (const std::vector<FadingVertex>& group : mesh.fading) {
@@ -371,8 +371,61 @@ void CoherentSmoother::buildClouds(int pass) {
     if (isLast(pass)) std::exchange(samples_, {});  // large
 }
 
+// One pass over the vertices of each octave. begin: where they were before the first pass; empty before that.
+void CoherentSmoother::moveVertices(int pass, const Octaves& vertices, const ScaleMeans::Scales& scales,
+                                    const std::vector<DualVec3>& begin, BetaMesh& mesh) const {
+    const auto prefetch = [&](std::uint32_t v) {
+        if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
+    };
+    const auto move = [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+        Displacements moves;
+        moves.longest.fill(1);
+        for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+            const std::uint32_t v = rows[lane];
+            const DualVec3& vertex = mesh.vertex[v];
+            moves.from.set(lane, pass == 0 ? vertex : begin[v]);
+            moves.to.set(lane, vertex + fits.step[lane] * fits.trust[lane] * params_.radius);
+            if (!mesh.rim_distance.empty()) moves.rim_distance.set(lane, mesh.rim_distance[v]);
+            moves.longest[lane] = kMaxSmoothingStep * params_.radius * (scales.least.empty() ? 1 : scales.least[v]);
+        }
+        if (isLast(pass)) limitDisplacements(moves);
+        for (std::size_t lane = 0; lane < rows.size(); ++lane) mesh.vertex[rows[lane]] = moves.to[lane];
+    };
+    for (std::size_t octave = 0; octave < vertices.size(); ++octave)
+        fitAll(
+            vertices[octave], [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, scales.mean,
+            clouds_[std::min(octave, clouds_.size() - 1)], params_, prefetch, move);
+}
+
+// Smooths the samples for the next pass, as vertices among them would be smoothed.
+void CoherentSmoother::smoothSamples(bool have_scales) {
+    SamplesInRadii smoothed = samples_;
+    const auto pointAt = [&](std::uint32_t i) -> DualVec3 {
+        return {samples_[i].position, Vec3(samples_[i].velocity) * params_.radius};
+    };
+    const auto move = [&](std::span<const std::uint32_t> rows, const Fits& fits) {
+        for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+            SampleInRadii& sample = smoothed[rows[lane]];
+            const DualVec3 step = fits.step[lane] * fits.trust[lane];
+            sample.position += step.position * params_.radius;
+            sample.velocity += Vec3f(step.velocity);
+            const DualVec3 direction{Vec3(sample.direction), Vec3(sample.direction_rate)};
+            const DualVec3 turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
+            sample.direction = Vec3f(turned.position);
+            sample.direction_rate = Vec3f(turned.velocity);
+        }
+    };
+    std::vector<float> scale;
+    if (have_scales)
+        for (const SampleInRadii& sample : samples_) scale.push_back(sample.scale);
+    const Octaves samples = byOctave(allRows(samples_.size()), scale);
+    for (std::size_t octave = 0; octave < samples.size(); ++octave)
+        fitAll(
+            samples[octave], pointAt, scale, clouds_[octave], params_, [](std::uint32_t) {}, move);
+    samples_ = std::move(smoothed);
+}
+
 DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
-    const CoherentSmoothing& params = params_;
     DualPoints from = dualPoints(mesh.vertex);
     std::vector<std::uint32_t> in_motion = indicesWhere(mesh.vertex.size(), [&](std::uint32_t v) {
         return mesh.rim_distance.empty() || mesh.rim_distance[v].value < kStayFull;
@@ -384,57 +437,13 @@ DualPoints CoherentSmoother::smooth(BetaMesh& mesh) {
     if (scale_means_)
         scale_means_->average(
             in_motion, [&](std::uint32_t v) { return mesh.vertex[v].position; }, scales);
-    const std::vector<std::vector<std::uint32_t>> moving = byOctave(std::move(in_motion), scales.mean);
+    const Octaves moving = byOctave(std::move(in_motion), scales.mean);
 
-    const std::vector<DualVec3> begin = params.passes > 1 ? mesh.vertex : std::vector<DualVec3>();
-    for (int pass = 0; pass < params.passes; ++pass) {
-        for (std::size_t octave = 0; octave < moving.size(); ++octave)
-            fitAll(
-                moving[octave], [&](std::uint32_t v) -> const DualVec3& { return mesh.vertex[v]; }, scales.mean,
-                clouds_[std::min(octave, clouds_.size() - 1)], params,
-                [&](std::uint32_t v) {
-                    if (!mesh.rim_distance.empty()) __builtin_prefetch(&mesh.rim_distance[v]);
-                },
-                [&](std::span<const std::uint32_t> rows, const Fits& fits) {
-                    Displacements moves;
-                    moves.longest.fill(1);
-                    for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                        const std::uint32_t v = rows[lane];
-                        const DualVec3& vertex = mesh.vertex[v];
-                        moves.from.set(lane, pass == 0 ? vertex : begin[v]);
-                        moves.to.set(lane, vertex + fits.step[lane] * fits.trust[lane] * params.radius);
-                        if (!mesh.rim_distance.empty()) moves.rim_distance.set(lane, mesh.rim_distance[v]);
-                        moves.longest[lane] =
-                            kMaxSmoothingStep * params.radius * (scales.least.empty() ? 1 : scales.least[v]);
-                    }
-                    if (isLast(pass)) limitDisplacements(moves);
-                    for (std::size_t lane = 0; lane < rows.size(); ++lane) mesh.vertex[rows[lane]] = moves.to[lane];
-                });
+    const std::vector<DualVec3> begin = params_.passes > 1 ? mesh.vertex : std::vector<DualVec3>();
+    for (int pass = 0; pass < params_.passes; ++pass) {
+        moveVertices(pass, moving, scales, begin, mesh);
         if (isLast(pass)) break;
-        SamplesInRadii smoothed = samples_;
-        const auto pointAt = [&](std::uint32_t i) -> DualVec3 {
-            return {samples_[i].position, Vec3(samples_[i].velocity) * params.radius};
-        };
-        std::vector<float> sample_scale;
-        if (!mesh.scale.empty())
-            for (const SampleInRadii& sample : samples_) sample_scale.push_back(sample.scale);
-        const std::vector<std::vector<std::uint32_t>> samples = byOctave(allRows(samples_.size()), sample_scale);
-        for (std::size_t octave = 0; octave < samples.size(); ++octave)
-            fitAll(
-                samples[octave], pointAt, sample_scale, clouds_[octave], params, [](std::uint32_t) {},
-                [&](std::span<const std::uint32_t> rows, const Fits& fits) {
-                    for (std::size_t lane = 0; lane < rows.size(); ++lane) {
-                        SampleInRadii& sample = smoothed[rows[lane]];
-                        const DualVec3 step = fits.step[lane] * fits.trust[lane];
-                        sample.position += step.position * params.radius;
-                        sample.velocity += Vec3f(step.velocity);
-                        const DualVec3 direction{Vec3(sample.direction), Vec3(sample.direction_rate)};
-                        const DualVec3 turned = direction + (fits.direction[lane] - direction) * fits.trust[lane];
-                        sample.direction = Vec3f(turned.position);
-                        sample.direction_rate = Vec3f(turned.velocity);
-                    }
-                });
-        samples_ = std::move(smoothed);
+        smoothSamples(!mesh.scale.empty());
         buildClouds(pass + 1);
     }
     for (const auto& [v, step] : mesh.volume_offsets) mesh.vertex[v] = mesh.vertex[v] + step;

@@ -35,7 +35,7 @@ struct CoherentSmoothing {
 /// leave such a point where it is, so parts join without a jump. Vertices with a rim_distance above kStayFull (drops,
 /// tips of tendrils) stay, from kStayBegins on they take part of the step, and no vertex moves farther than
 /// kMaxSmoothingStep, so that no particle is left outside. Spheres, cylinders and planes of balls keep their size.
-/// Vertices that fade in are blended with the smoothed positions of the vertices they fade in from; otherwise the
+/// Vertices that fade in are blended with the smoothed positions of their supports; otherwise the
 /// triangles there would jump.
 ///
 /// Among balls of different radii all lengths at a vertex, with ε for W, are those for balls as large as the mean of
@@ -58,9 +58,13 @@ public:
 
 private:
     class Cloud;
+    using Octaves = std::vector<std::vector<std::uint32_t>>;  // rows of each octave
 
     bool isLast(int pass) const;
     void buildClouds(int pass);
+    void moveVertices(int pass, const Octaves& vertices, const ScaleMeans::Scales& scales,
+                      const std::vector<DualVec3>& begin, BetaMesh& mesh) const;
+    void smoothSamples(bool have_scales);
 
     CoherentSmoothing params_;
     std::size_t octaves_ = 1;                // that the balls and, hence, the vertices are in

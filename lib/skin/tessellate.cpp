@@ -147,7 +147,7 @@ public:
                                 weight,
                                 ball_.vertexAt(ball_.face_point[i])};
             attachToFlippingEdge(ring_, fading);
-            for (std::uint32_t& corner : fading.anchor) corner = number_[corner];
+            for (std::uint32_t& corner : fading.support) corner = number_[corner];
             part_.fading.push_back(fading);
         }
     }
@@ -223,7 +223,7 @@ private:
     void attachToFlippingEdge(std::span<const std::uint32_t> ring, FadingVertex& fading) const {
         const std::vector<Vec3>& at = ball_.on_grid;
         const double farthest = ball_.placement.flipDistance();
-        const auto [corner, weight] = std::pair(fading.anchor, fading.anchor_weight);
+        const auto [corner, weight] = std::pair(fading.support, fading.support_weight);
         double closest = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
@@ -236,10 +236,10 @@ private:
             const std::array<Dual, 2> on_edge{edge->weight[0] / edge_weight, edge->weight[1] / edge_weight};
             const Dual of_first = weight[k] / on_edge[0], of_second = weight[l] / on_edge[1];
             const Dual flip_weight = of_first.value < of_second.value ? of_first : of_second;
-            fading.anchor = {a, b, c, d};
-            fading.anchor_weight = {weight[k] + flip_weight * (edge->weight[0] - on_edge[0]),
-                                    weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
-                                    weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
+            fading.support = {a, b, c, d};
+            fading.support_weight = {weight[k] + flip_weight * (edge->weight[0] - on_edge[0]),
+                                     weight[l] + flip_weight * (edge->weight[1] - on_edge[1]),
+                                     weight[m] + flip_weight * edge->weight[2], flip_weight * edge->weight[3]};
         }
     }
 
@@ -271,6 +271,192 @@ private:
     std::vector<EdgeFlip>& edges_;
 };
 
+// What all balls are tessellated from.
+struct TessellationInput {
+    const BallBoundary& boundary;
+    const std::vector<DualVec3>& balls;
+    const ArcNetwork& network;
+    const FacePoints& points;
+    const ArcSubdivision& subdivision;
+    std::vector<std::uint32_t> first_face = firstFaces(boundary);
+    BallLoopMaker loop_maker{boundary, network};
+    FacePointPlacement placement{points, subdivision};
+    DirectionTriangles direction_triangles{points.directions};
+};
+
+// Tessellates balls one after the other, with memory that is reused from ball to ball.
+class BallTessellator {
+public:
+    explicit BallTessellator(const TessellationInput& input) : in_(input) {}
+
+    // Adds the mesh of ball b to a part.
+    void add(std::size_t b, Part& part) {
+        part.ball.push_back(
+            {static_cast<std::uint32_t>(part.triangles.size()), static_cast<std::uint32_t>(part.point.size())});
+        in_.loop_maker.makeLoops(static_cast<std::uint32_t>(b), in_.first_face[b], in_.first_face[b + 1], ball_loops_);
+        LoopsOnSphere& loops = ball_loops_.loops;
+        const std::size_t in_loops = loops.point.size();
+        addFacePoints(b);
+        on_grid_.resize(loops.point.size());
+        std::transform(loops.point.begin(), loops.point.end(), on_grid_.begin(), toDouble);
+        const Ball ball{ball_loops_, in_.network,   face_point_,  direction_.size(),
+                        on_grid_,    in_.placement, in_.balls[b], in_.boundary.worldRadiusOf(b)};
+        if (in_loops == 0 && loops.perhaps_above.empty()) {  // an isolated sphere
+            FillingAdder(ball, {in_.points.directions.triangles, {}, {}}, part, buffers_);
+            return;
+        }
+        addLikelyFacets(static_cast<std::uint32_t>(in_loops));
+        if (hull_.fill(loops, filling_)) {
+            FillingAdder adder(ball, filling_, part, buffers_);
+            if (in_.subdivision.appearance != Appearance::gradual) return;
+            adder.addFadingPoints();
+            adder.addFlippingEdges();
+        } else {
+            loops.point.resize(in_loops);
+            addFans(ball, part);
+        }
+    }
+
+private:
+    // Adds the face points of ball b that are used to its loops, lowered ones last.
+    void addFacePoints(std::size_t b) {
+        LoopsOnSphere& loops = ball_loops_.loops;
+        face_point_.clear();
+        direction_.clear();
+        for (const bool lowered : {false, true})
+            for (std::uint32_t p = in_.points.begin[b]; p < in_.points.begin[b + 1]; ++p) {
+                if (!in_.placement.isUsed(p) || in_.placement.isLowered(p) != lowered) continue;
+                face_point_.push_back(p);
+                if (!lowered) direction_.push_back(in_.points.direction[p]);
+                if (in_.points.contactOf(p))
+                    loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
+                loops.point.push_back(onHullGrid(in_.placement.at(p).position));
+            }
+    }
+    // Triangles of neighbouring directions are facets of the hull as a rule.
+    void addLikelyFacets(std::uint32_t in_loops) {
+        in_.direction_triangles.among(direction_, direction_index_, [&](const Triangle& t) {
+            ball_loops_.loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
+        });
+    }
+    // Without face points, if there is no hull.
+    void addFans(const Ball& ball, Part& part) {
+        const std::vector<std::uint32_t>& face = ball_loops_.face_begin;
+        for (std::size_t f = 0; f + 1 < face.size(); ++f)
+            FillingAdder(ball, fillWithFan(ball_loops_.loops, face[f], face[f + 1]), part, buffers_);
+    }
+
+    const TessellationInput& in_;
+    HullFiller hull_;
+    LoopFilling filling_;
+    BallLoops ball_loops_;
+    FillingAdder::Buffers buffers_;
+    std::vector<std::uint32_t> face_point_, direction_, direction_index_;
+    std::vector<Vec3> on_grid_;
+};
+
+// The rows of the mesh at which each part begins, and one entry past the last.
+struct PartRows {
+    std::vector<std::uint32_t> vertices, triangles, fading, flipping, volume_offsets;
+
+    explicit PartRows(const std::vector<Part>& parts)
+        : vertices(firstRows(parts, [](const Part& part) { return part.point.size(); })),
+          triangles(firstRows(parts, [](const Part& part) { return part.triangles.size(); })),
+          fading(firstRows(parts, [](const Part& part) { return part.fading.size(); })),
+          flipping(firstRows(parts, [](const Part& part) { return part.flipping.size(); })),
+          volume_offsets(firstRows(parts, [](const Part& part) { return part.volume_offsets; })) {}
+
+private:
+    template <typename SizeOf>
+    static std::vector<std::uint32_t> firstRows(const std::vector<Part>& parts, const SizeOf& sizeOf) {
+        std::vector<std::uint32_t> sizes;
+        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>(sizeOf(part)));
+        return exclusiveScan(sizes);
+    }
+};
+
+// The points of the network, then room for the vertices, triangles and fading vertices of all parts. Takes points over.
+void takePointsAndResize(const PartRows& rows, std::size_t balls, bool have_scales, ArcNetwork& network,
+                         BetaMesh& mesh) {
+    const std::size_t in_network = network.point.size();
+    mesh.vertex = std::move(network.point);
+    firstTouchResize(mesh.vertex, in_network + rows.vertices.back());
+    firstTouchResize(mesh.rim_distance, mesh.vertex.size());
+    if (have_scales) mesh.scale.resize(mesh.vertex.size());
+    firstTouchResize(mesh.triangles, rows.triangles.back());
+    mesh.fading[kOnEdges] = std::move(network.fading);
+    firstTouchResize(mesh.fading[kOnFacets], rows.fading.back());
+    firstTouchResize(mesh.fading[kInQuads], rows.flipping.back());
+    firstTouchResize(mesh.volume_offsets, rows.volume_offsets.back());
+    mesh.ball_begin.assign(balls + 1, rows.triangles.back());
+}
+
+// Copies the parts to their rows of the mesh.
+class PartCopier {
+public:
+    // in_network: number of the network's points; near_tangent: of each ball
+    PartCopier(const TessellationInput& input, const CompressedRows<NearTangentNeighbour>& near_tangent,
+               const PartRows& rows, std::size_t in_network, BetaMesh& mesh)
+        : in_(input), near_tangent_(near_tangent), rows_(rows), in_network_(in_network), mesh_(mesh) {}
+
+    // Of part p.
+    void copy(const Part& part, std::size_t p) const {
+        const auto first = static_cast<std::uint32_t>(in_network_ + rows_.vertices[p]);
+        copyVertices(part, p, first);
+        std::transform(part.triangles.begin(), part.triangles.end(), mesh_.triangles.begin() + rows_.triangles[p],
+                       [&](const Triangle& t) {
+                           return Triangle{numbered(t[0], first), numbered(t[1], first), numbered(t[2], first)};
+                       });
+        copyFading(part.fading, first, mesh_.fading[kOnFacets].data() + rows_.fading[p]);
+        copyFading(part.flipping, first, mesh_.fading[kInQuads].data() + rows_.flipping[p]);
+    }
+
+private:
+    // The vertex of the mesh; first: that of the part's first new point.
+    static std::uint32_t numbered(std::uint32_t v, std::uint32_t first) {
+        return v >= kNewPoint ? first + (v - kNewPoint) : v;
+    }
+    void copyVertices(const Part& part, std::size_t p, std::uint32_t first) const {
+        VolumeOffset* offset = mesh_.volume_offsets.data() + rows_.volume_offsets[p];
+        for (std::size_t k = 0; k < part.ball.size(); ++k) {
+            const std::size_t b = p * kBallsPerTask + k;
+            mesh_.ball_begin[b] = rows_.triangles[p] + part.ball[k].triangles;
+            const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
+            for (std::size_t i = part.ball[k].points; i < end; ++i)
+                copyVertex(part, part.point[i], b, first + static_cast<std::uint32_t>(i), offset);
+        }
+    }
+    // Sets vertex v of ball b from a row of Part::point, and the next volume offset if it has one.
+    void copyVertex(const Part& part, std::uint32_t point, std::size_t b, std::uint32_t v,
+                    VolumeOffset*& offset) const {
+        const Dual radius = in_.boundary.worldRadiusOf(b);
+        if (!mesh_.scale.empty()) mesh_.scale[v] = static_cast<float>(in_.boundary.scaleOf(b));
+        if (point >= kNewPoint) {
+            mesh_.vertex[v] = part.other[point - kNewPoint].vertex;
+            mesh_.rim_distance[v] = part.other[point - kNewPoint].rim_distance;
+            return;
+        }
+        mesh_.vertex[v] = in_.balls[b] + in_.placement.at(point) * radius;
+        mesh_.rim_distance[v] = in_.placement.rimDistance(point);
+        if (in_.placement.hasVolumeOffset(point))
+            *offset++ = {v, in_.placement.volumeOffset(point, near_tangent_[b]) * radius};
+    }
+    static void copyFading(const std::vector<FadingVertex>& from, std::uint32_t first, FadingVertex* to) {
+        for (const FadingVertex& vertex : from) {
+            *to = vertex;
+            to->vertex = numbered(vertex.vertex, first);
+            for (std::uint32_t& v : to->support) v = numbered(v, first);
+            ++to;
+        }
+    }
+
+    const TessellationInput& in_;
+    const CompressedRows<NearTangentNeighbour>& near_tangent_;
+    const PartRows& rows_;
+    std::size_t in_network_;
+    BetaMesh& mesh_;
+};
+
 }  // namespace
 
 BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<DualVec3>& balls, ArcNetwork network,
@@ -279,122 +465,17 @@ BetaMesh completeTessellation(const BallBoundary& boundary, const std::vector<Du
     BetaMesh mesh;
     mesh.scale = network.pointScales(boundary);
     std::exchange(network.line, {}), std::exchange(network.at_ball, {});  // large and no longer needed
-    const std::vector<std::uint32_t> first_face = firstFaces(boundary);
-    const BallLoopMaker maker(boundary, network);
-    const FacePointPlacement placement(points, subdivision);
-    const DirectionTriangles direction_triangles(points.directions);
-
+    const TessellationInput input{boundary, balls, network, points, subdivision};
     const auto parts =
         parallelParts<Part>(balls.size(), kBallsPerTask, [&](std::size_t begin, std::size_t end, Part& part) {
-            HullFiller hull;
-            LoopFilling filling;
-            BallLoops ball_loops;
-            LoopsOnSphere& loops = ball_loops.loops;
-            FillingAdder::Buffers buffers;
-            std::vector<std::uint32_t> face_point, direction, direction_index;
-            std::vector<Vec3> on_grid;
-            for (std::size_t b = begin; b < end; ++b) {
-                part.ball.push_back(
-                    {static_cast<std::uint32_t>(part.triangles.size()), static_cast<std::uint32_t>(part.point.size())});
-                maker.makeLoops(static_cast<std::uint32_t>(b), first_face[b], first_face[b + 1], ball_loops);
-                const auto in_loops = static_cast<std::uint32_t>(loops.point.size());
-                face_point.clear();
-                direction.clear();
-                for (const bool lowered : {false, true})
-                    for (std::uint32_t p = points.begin[b]; p < points.begin[b + 1]; ++p) {
-                        if (!placement.isUsed(p) || placement.isLowered(p) != lowered) continue;
-                        face_point.push_back(p);
-                        if (!lowered) direction.push_back(points.direction[p]);
-                        if (points.contactOf(p))
-                            loops.perhaps_above.push_back(static_cast<std::uint32_t>(loops.point.size()));
-                        loops.point.push_back(onHullGrid(placement.at(p).position));
-                    }
-                on_grid.resize(loops.point.size());
-                std::transform(loops.point.begin(), loops.point.end(), on_grid.begin(), toDouble);
-                const Ball ball{ball_loops, network,   face_point, direction.size(),
-                                on_grid,    placement, balls[b],   boundary.worldRadiusOf(b)};
-                if (in_loops == 0 && loops.perhaps_above.empty()) {  // an isolated sphere
-                    FillingAdder(ball, {points.directions.triangles, {}, {}}, part, buffers);
-                    continue;
-                }
-                direction_triangles.among(direction, direction_index, [&](const Triangle& t) {
-                    loops.likely_facet.push_back({in_loops + t[0], in_loops + t[1], in_loops + t[2]});
-                });
-                if (hull.fill(loops, filling)) {
-                    FillingAdder adder(ball, filling, part, buffers);
-                    if (subdivision.appearance != Appearance::gradual) continue;
-                    adder.addFadingPoints();
-                    adder.addFlippingEdges();
-                } else {
-                    loops.point.resize(in_loops);
-                    const std::vector<std::uint32_t>& face = ball_loops.face_begin;
-                    for (std::size_t f = 0; f + 1 < face.size(); ++f)
-                        FillingAdder(ball, fillWithFan(loops, face[f], face[f + 1]), part, buffers);
-                }
-            }
+            BallTessellator tessellator(input);
+            for (std::size_t b = begin; b < end; ++b) tessellator.add(b, part);
         });
-
-    const auto firstRows = [&](auto list) {
-        std::vector<std::uint32_t> sizes;
-        for (const Part& part : parts) sizes.push_back(static_cast<std::uint32_t>((part.*list).size()));
-        return exclusiveScan(sizes);
-    };
-    const std::vector<std::uint32_t> vertices = firstRows(&Part::point), triangles = firstRows(&Part::triangles),
-                                     fading = firstRows(&Part::fading), flipping = firstRows(&Part::flipping);
-    std::vector<std::uint32_t> first_offset;
-    for (const Part& part : parts) first_offset.push_back(part.volume_offsets);
-    first_offset = exclusiveScan(first_offset);
+    const PartRows rows(parts);
     const std::size_t in_network = network.point.size();
-    const bool have_scales = !boundary.radius_of.empty();
-    mesh.vertex = std::move(network.point);
-    firstTouchResize(mesh.vertex, in_network + vertices.back());
-    firstTouchResize(mesh.rim_distance, mesh.vertex.size());
-    if (have_scales) mesh.scale.resize(mesh.vertex.size());
-    firstTouchResize(mesh.triangles, triangles.back());
-    auto &on_edges = mesh.fading[kOnEdges], &on_facets = mesh.fading[kOnFacets], &in_quads = mesh.fading[kInQuads];
-    on_edges = std::move(network.fading);
-    firstTouchResize(on_facets, fading.back());
-    firstTouchResize(in_quads, flipping.back());
-    firstTouchResize(mesh.volume_offsets, first_offset.back());
-    mesh.ball_begin.assign(balls.size() + 1, triangles.back());
-    parallelFor(parts.size(), 4, [&](std::size_t p) {
-        const Part& part = parts[p];
-        const auto first = static_cast<std::uint32_t>(in_network + vertices[p]);
-        const auto numbered = [&](std::uint32_t v) { return v >= kNewPoint ? first + (v - kNewPoint) : v; };
-        VolumeOffset* offset = mesh.volume_offsets.data() + first_offset[p];
-        for (std::size_t k = 0; k < part.ball.size(); ++k) {
-            const std::size_t b = p * kBallsPerTask + k;
-            mesh.ball_begin[b] = triangles[p] + part.ball[k].triangles;
-            const std::size_t end = k + 1 < part.ball.size() ? part.ball[k + 1].points : part.point.size();
-            for (std::size_t i = part.ball[k].points; i < end; ++i) {
-                const std::uint32_t q = part.point[i], v = first + static_cast<std::uint32_t>(i);
-                if (have_scales) mesh.scale[v] = static_cast<float>(boundary.scaleOf(b));
-                if (q >= kNewPoint) {
-                    mesh.vertex[v] = part.other[q - kNewPoint].vertex;
-                    mesh.rim_distance[v] = part.other[q - kNewPoint].rim_distance;
-                    continue;
-                }
-                mesh.vertex[v] = balls[b] + placement.at(q) * boundary.worldRadiusOf(b);
-                mesh.rim_distance[v] = placement.rimDistance(q);
-                if (placement.hasVolumeOffset(q))
-                    *offset++ = {v, placement.volumeOffset(q, near_tangent[b]) * boundary.worldRadiusOf(b)};
-            }
-        }
-        std::transform(part.triangles.begin(), part.triangles.end(), mesh.triangles.begin() + triangles[p],
-                       [&](const Triangle& t) {
-                           return Triangle{numbered(t[0]), numbered(t[1]), numbered(t[2])};
-                       });
-        const auto copy = [&](const std::vector<FadingVertex>& from, FadingVertex* to) {
-            for (const FadingVertex& vertex : from) {
-                *to = vertex;
-                to->vertex = numbered(vertex.vertex);
-                for (std::uint32_t& v : to->anchor) v = numbered(v);
-                ++to;
-            }
-        };
-        copy(part.fading, on_facets.data() + fading[p]);
-        copy(part.flipping, in_quads.data() + flipping[p]);
-    });
+    takePointsAndResize(rows, balls.size(), !boundary.radius_of.empty(), network, mesh);
+    const PartCopier copier(input, near_tangent, rows, in_network, mesh);
+    parallelFor(parts.size(), 4, [&](std::size_t p) { copier.copy(parts[p], p); });
     return mesh;
 }
 

@@ -1,4 +1,4 @@
-// Voids of the liquid: which components float in them, and which of them an empty ball fits into.
+// Voids of the liquid: which components float in them, which of them an empty ball fits into, and filling the others.
 //
 // A void is bounded by a component of the mesh that faces inwards, and by the liquid components, which face outwards,
 // that float in it.
@@ -6,6 +6,7 @@
 #pragma once
 
 #include "base/index.h"
+#include "betamesh/skin_params.h"
 #include "mesh/components.h"
 #include "skin/ball_boundary.h"
 #include "skin/beta_mesh.h"
@@ -51,5 +52,19 @@ std::vector<std::uint32_t> enclosingVoids(const BetaMesh& mesh, const BallBounda
 /// cost    O(triangles + balls that bound these voids), the latter at 1-4 µs while few of them lie within two radii
 std::vector<bool> voidsFittingBall(const BetaMesh& mesh, const BallBoundary& boundary, const Components& components,
                                    std::vector<std::uint32_t> void_of, double radius);
+
+/// Removes bubbles from a mesh: voids, which are closed components that face inwards, into which no empty ball of
+/// diameter bubble_gap fits between particles whose balls have the reference radius. With other balls, the room between
+/// their surfaces counts: none for a ball whose radius is bubble_gap / 2 less the reference radius. Without a
+/// bubble_gap, voids that enclose less than bubble_volume. Components that float in a removed void are removed with it,
+/// as they become part of the liquid; voids inside those are judged by themselves. All other components stay as they
+/// are, in their order.
+///
+/// in      the complete tessellation of that boundary, its vertices not yet moved; reference_radius: world units
+/// out     the number of voids filled; vertices that no triangle uses are removed
+/// same    result for any thread count and particle order
+/// cost    O(triangles); 1-4 µs for each ball round a void that is large enough to need a closer look
+std::size_t fillBubbles(BetaMesh& mesh, const BallBoundary& boundary, const Features& features,
+                        double reference_radius);
 
 }  // namespace betamesh

@@ -224,6 +224,7 @@ std::vector<std::string> codeBlocks(const std::string& markdown, const std::stri
 std::string reduced(const Example& example) {
     std::string line = example.line.substr(0, example.line.find("  #"));
     line = std::regex_replace(line, std::regex("--particles [0-9]+"), "--particles 60");
+    line = std::regex_replace(line, std::regex("--frames 1-240"), "--frames 1-48");
     const auto add = [&](const char* option, const std::string& more) {
         if (line.find(option) != std::string::npos) return;
         const std::size_t end = std::min({line.size(), line.find(" -- "), line.find(" <"), line.find(" >")});
@@ -242,7 +243,7 @@ std::string reduced(const Example& example) {
     return line;
 }
 
-/// Files that examples name, with few particles: a simulation of 240 frames and its meshes.
+/// Files that examples name, with few particles: a simulation of 48 frames and its meshes.
 class Examples : public ::testing::Test {
 protected:
     void SetUp() override {
@@ -251,12 +252,12 @@ protected:
         std::filesystem::create_symlink(BETAMESH_PROGRAM, folder_ / "bin/betamesh");
         std::filesystem::create_directories(folder_ / "files/.config/fish/completions");
         write(folder_ / "files/splash.yaml",
-              "version: 1\ninput: {path: sim/splash.####.vdb}\nframes: 1-240\noutput: {path: mesh/splash.####.ply}\n");
+              "version: 1\ninput: {path: sim/splash.####.vdb}\nframes: 1-48\noutput: {path: mesh/splash.####.ply}\n");
         write(folder_ / "files/look.yaml", "version: 1\n");
         std::filesystem::copy(BETAMESH_SOURCE "/pipelines", folder_ / "files/pipelines",
                               std::filesystem::copy_options::recursive);
         for (const char* line :
-             {"betamesh sample drop sim/splash.####.vdb --frames 1-240 --particles 60",
+             {"betamesh sample drop sim/splash.####.vdb --frames 1-48 --particles 60",
               "betamesh mesh sim/splash.####.vdb mesh/splash.####.ply", "betamesh sample drop drop.bgeo --particles 60",
               "betamesh sample drop splash.0012.bgeo --particles 60",
               "betamesh sample drop splash.0012.ply --particles 60",

@@ -75,7 +75,7 @@ class Job:
     def __init__(self, program, folder):
         self.program, self.folder, self.out = program, folder, os.path.join(folder, "out")
         os.makedirs(folder)
-        must(program, "sample", "dambreak", "in/a.####.ply", "--particles", 20000, "--frames", "1-9", "-q", cwd=folder)
+        must(program, "sample", "dambreak", "in/a.####.ply", "--particles", 7000, "--frames", "1-9", "-q", cwd=folder)
         with open(os.path.join(folder, "job.yaml"), "w") as file:
             file.write("version: 1\ninput: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\nrun: {threads: 1}\n")
         must(program, "run", "job.yaml", "--set", "output.path=local/a.####.ply", cwd=folder)

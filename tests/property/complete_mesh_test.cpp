@@ -85,7 +85,7 @@ MeshCheck expectAClosedManifold(const Tessellated& made) {
 }  // namespace
 
 TEST(CompleteMesh, IsAClosedManifoldWithoutCrossingsForEveryCloud) {
-    forEveryCloud(1500, [](const Cloud& cloud) {
+    forEveryCloud(800, [](const Cloud& cloud) {
         for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
             const MeshCheck check = expectAClosedManifold(tessellated(cloud.particles, cloud.radius, appearance));
             EXPECT_EQ(check.crossings.count, 0u) << "the deepest: " << check.deepest / cloud.radius << " radii";
@@ -127,7 +127,7 @@ TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyShareAPoint) {
 // nearly the same point, some at a vertex of the mesh.
 TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyTouch) {
     const std::vector<Vec3> vertices = icosphere(4).position;
-    for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    for (std::uint64_t seed = 0; seed < 500; ++seed) {
         Random random(seed);
         Particles particles;
         particles.position.emplace_back(random.cube());

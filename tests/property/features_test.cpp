@@ -209,7 +209,7 @@ TEST(Features, EveryParticleIsInsideTheMeshOrOneOfTheSpheres) {
 }
 
 TEST(Features, TheMeshIsAClosedManifoldUnderEveryCombination) {
-    forEveryCloud(150, [](const Cloud& cloud) {
+    forEveryCloud(50, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         forEveryCombination(cloud, [&](SkinParams params) {
             if (cloud.particles.size() < 60) params.skin.reset();
@@ -228,7 +228,7 @@ TEST(Features, TheMeshIsAClosedManifoldUnderEveryCombination) {
 }
 
 TEST(Features, ComponentsOfTheUnsmoothedMeshAreBubblesOrHoldMostOfABall) {
-    forEveryCloud(1000, [](const Cloud& cloud) {
+    forEveryCloud(500, [](const Cloud& cloud) {
         for (const int segments : {0, 1}) {
             SkinParams params = withFeatures(cloud, Droplets::mesh);
             params.smoothing = SmoothingMethod::none;
@@ -273,7 +273,7 @@ TEST(Features, FillingRemovesTheBubblesBelowTheThresholdAndNothingElse) {
             filled += bubbles;
         }
     };
-    forEveryCloud(600, [&](const Cloud& cloud) {
+    forEveryCloud(300, [&](const Cloud& cloud) {
         if (cloud.name.find("sparse") == std::string::npos) check(cloud);
     });
     check(swissCheese());
@@ -309,7 +309,7 @@ TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
 }
 
 TEST(Features, AreTheSameForEveryParticleOrderAndThreadCount) {
-    forEveryCloud(60, [](const Cloud& cloud) {
+    forEveryCloud(30, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         forEveryCombination(cloud, [&](SkinParams params) {
             params.components = true;

@@ -132,7 +132,7 @@ TEST(SkinFrame, DenseClustersAreOneComponentOfTheRightGenus) {
 }
 
 TEST(SkinFrame, IsTheSameForEveryParticleOrderAndThreadCount) {
-    forEveryCloud(100, [](const Cloud& cloud) {
+    forEveryCloud(50, [](const Cloud& cloud) {
         std::vector<SkinParams> kinds(4, withRadius(cloud.radius));
         kinds[1] = asInThePaper(cloud.radius);
         kinds[1].resolve_intersections = true;
@@ -340,8 +340,8 @@ TEST(SkinFrame, NoParticleOfAClosedVolumeIsOutsideAfterResolvingIntersections) {
 TEST(SkinFrame, ASmallCircleIsClosedAtAnyDistanceFromTheOrigin) {
     for (const float far : {0.0F, 4e8F}) {
         Particles circle;
-        for (int i = 0; i < 200; ++i) {
-            const double angle = 2 * std::numbers::pi * i / 200;
+        for (int i = 0; i < 100; ++i) {
+            const double angle = 2 * std::numbers::pi * i / 100;
             circle.position.emplace_back(far, std::cos(angle) * 0.2, std::sin(angle) * 0.2);
         }
         const MeshMeasure measure = measureMesh(skinFrame(circle, withRadius(1)).mesh);

@@ -88,7 +88,7 @@ void expectSame(const SkinnedPlane& one, const SkinnedPlane& other) {
 }  // namespace
 
 TEST(SkinPlane, CurvesAreClosedAndFinite) {
-    forEveryPlanarCloud(600, [](const Cloud& cloud) {
+    forEveryPlanarCloud(300, [](const Cloud& cloud) {
         for (const SkinParams& params : everyWay(cloud)) {
             const SkinnedPlane plane = skinPlane(cloud.particles, params);
             EXPECT_EQ(measureCurves(plane.curves).unpaired_ends, 0u);
@@ -124,7 +124,7 @@ TEST(SkinPlane, TurningNumbersAreThoseOfTheBoundaryBeforeSmoothing) {
 }
 
 TEST(SkinPlane, DoesNotDependOnOrderOrThreads) {
-    forEveryPlanarCloud(150, [](const Cloud& cloud) {
+    forEveryPlanarCloud(60, [](const Cloud& cloud) {
         for (const SkinParams& params : everyWay(cloud)) {
             const SkinnedPlane one = skinPlane(cloud.particles, params);
             expectSame(one, skinPlane(shuffled(cloud.particles, 7), params));
@@ -156,7 +156,7 @@ TEST(SkinPlane, AttributesAreMeansOfTheParticles) {
 
 TEST(SkinPlane, WithoutDropletsTheCurvesAreThoseOfTheOtherParticles) {
     std::size_t left = 0;
-    forEveryPlanarCloud(400, [&](const Cloud& cloud) {
+    forEveryPlanarCloud(200, [&](const Cloud& cloud) {
         const SnappedParticles snapped = snapParticles(cloud.particles, cloud.radius);
         const std::size_t n = snapped.size();
         UnionFind groups(n);
@@ -346,7 +346,7 @@ TEST(SkinPlane, RowsThatComeNearStayThin) {
 }
 
 TEST(SkinPlane, SkinsDoNotCrossAndEncloseEveryParticleInTheSameComponents) {
-    forEveryPlanarCloud(400, [](const Cloud& cloud) {
+    forEveryPlanarCloud(150, [](const Cloud& cloud) {
         std::vector<SkinParams> all(5, paramsFor(cloud));
         all[1].arc_subdivisions = 1;
         all[2].skin = 0.3 * cloud.radius;

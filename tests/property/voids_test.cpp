@@ -1,5 +1,6 @@
 // Properties of voids, which are filled depending on the largest empty ball that fits into them.
 
+#include "skin/voids.h"
 #include "base/index.h"
 #include "base/random.h"
 #include "betamesh/skin.h"
@@ -9,7 +10,6 @@
 #include "skin/coverage.h"
 #include "skin/face_points.h"
 #include "skin/faces.h"
-#include "skin/features.h"
 #include "skin/tessellate.h"
 #include "skin/velocity.h"
 #include "support/clouds.h"

@@ -202,7 +202,7 @@ BetaMesh unitBall() {
 
 // Where a vertex that fades in on an edge of the unit ball belongs: between the chord and the sphere.
 void expectBetweenChordAndSphere(const FadingVertex& fading, const DeformingMesh& surface) {
-    const Vec3 middle = (surface.position()[fading.anchor[0]] + surface.position()[fading.anchor[1]]) / 2;
+    const Vec3 middle = (surface.position()[fading.support[0]] + surface.position()[fading.support[1]]) / 2;
     EXPECT_GE(fading.fade.value, 0.05);
     EXPECT_LE(middle.length(), 0.97);
     EXPECT_NEAR(surface.position()[fading.vertex].length(), middle.length() + (1 - middle.length()) * fading.fade.value,

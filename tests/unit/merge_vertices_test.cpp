@@ -83,7 +83,7 @@ TEST(MergeVertices, VerticesFadeInFromThoseThatRemain) {
     beta.fading[kOnEdges].push_back({c, {goes, stays, stays, stays}, {0.5, 0.5, 0, 0}, 0.5, {}});
     mergeCoincidentVertices(beta);
     EXPECT_EQ(beta.triangles.size(), mesh.triangles.size() - 2);
-    EXPECT_EQ(beta.fading[kOnEdges][0].anchor[0], stays);
+    EXPECT_EQ(beta.fading[kOnEdges][0].support[0], stays);
 }
 
 // Each ball of a grid meets eight others in one point.
