@@ -29,8 +29,8 @@ struct OneRing {
     std::array<std::uint32_t, kMostNeighbours> vertex;
     std::array<Vec3, kMostNeighbours> position, projected;
     std::array<Vec3, 3> axes;
-    double error = 0;  ///< largest of the old triangles
-    double room = 1;   ///< smallest of the old triangles
+    double error = 0;  ///< largest distance of an old triangle from the original surface, in tolerances
+    double room = 1;   ///< largest distance that all old triangles may have from it, in tolerances
 
     std::size_t next(std::size_t i) const { return i + 1 < size ? i + 1 : 0; }
     std::size_t previous(std::size_t i) const { return i > 0 ? i - 1 : size - 1; }

@@ -64,8 +64,8 @@ private:
 // The vertex to collapse into.
 struct Collapse {
     std::uint32_t target = kInvalidIndex;
-    float error = 1;  // of the new triangles, in tolerances
-    float room = 0;   // of the new triangles, in tolerances
+    float error = 1;  // distance of the new triangles from the original surface, in tolerances
+    float room = 0;   // distance that they may have, in tolerances
 };
 
 // Removes vertices by collapsing edges, in rounds. The collapses of a round have no vertex in common, those around the

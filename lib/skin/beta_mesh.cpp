@@ -90,7 +90,7 @@ std::vector<Vec3> vertexNormals(const BetaMesh& mesh) {
 }
 
 void blendFading(const FadingVertices& fading, std::vector<DualVec3>& displacement) {
-    constexpr int kRounds = 4;  // vertices on facets fade in from each other
+    constexpr int kRounds = 4;  // vertices on facets are supports of each other
     std::vector<DualVec3> own, blended;
     for (const std::vector<FadingVertex>& group : fading) {
         own.resize(group.size());

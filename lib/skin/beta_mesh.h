@@ -22,7 +22,8 @@ enum class Appearance {
 /// A vertex of an edge flip in progress is a combination of the four corners of its quad: its weight stays 0.
 struct FadingVertex {
     std::uint32_t vertex;
-    /// Vertices of the edge, facet or quad (of one diagonal, then the other); the last one repeated if fewer.
+    /// The vertices from which it rises: those of the edge, facet or quad (of one diagonal, then the other); the last
+    /// one repeated if fewer.
     std::array<std::uint32_t, 4> support;
     std::array<Dual, 4> support_weight;  ///< barycentric weights of these; they sum to 1
     Dual fade;                           ///< weight of the vertex's own position, 0 to 1
@@ -92,7 +93,7 @@ struct DualPoints {
 };
 DualPoints dualPoints(const std::vector<DualVec3>& points);
 
-/// Adds points for the vertices of the last refinement, where the points of those that they fade in from place them.
+/// Adds points for the vertices of the last refinement, where the points of their supports place them.
 void addLastRefinement(const FadingVertices& fading, DualPoints& points);
 
 /// A position rounded to floats, as files store it.
@@ -109,7 +110,7 @@ void roundToFloats(BetaMesh& mesh);
 /// As in mesh/vertex_normals.h.
 std::vector<Vec3> vertexNormals(const BetaMesh& mesh);
 
-/// Blends the displacements of vertices that fade in with those of the vertices they fade in from.
+/// Blends the displacements of vertices that fade in with those of their supports.
 void blendFading(const FadingVertices& fading, std::vector<DualVec3>& displacement);
 
 /// The paper's beta mesh. First come the pure beta vertices, in the order of the ball boundary's vertices, then the

@@ -44,8 +44,8 @@ inline constexpr std::uint8_t kCoveredByAlike = 2;
 
 /// The same for balls of different radii: of each of n, not 0 where others cover it that are at most about twice as
 /// large or as small, or where it lies inside one at least twice as large; kCoveredByAlike where those that cover it
-/// are at most a third larger or a quarter smaller. The fewer are found the more the radii differ; none that balls of
-/// more unlike radii cover together.
+/// are at most a third larger or a quarter smaller. Balls that only balls of more unlike radii cover together are not
+/// found: the more the radii differ, the fewer are.
 ///
 /// in      radius of the largest, positions and radii, all in quanta
 /// cost    O(n), about 50 ns per ball, 300 ns where radii vary by more than a third, and 1 µs for each that is not

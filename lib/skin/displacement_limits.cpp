@@ -68,7 +68,7 @@ bool DisplacementLimits::lower(VertexLimit& limit, Dual fraction) {
     return true;
 }
 
-// Calls visit(u) for a vertex and those that it fades in from.
+// Calls visit(u) for a vertex and its supports.
 template <typename Visit>
 void DisplacementLimits::forSupports(std::uint32_t v, const Visit& visit) {
     visit(v);

@@ -19,7 +19,7 @@ public:
     /// largest balls, world units. Lengths are in radii of balls as large as BetaMesh::scale says.
     DisplacementLimits(const DualPoints& from, double radius, const BetaMesh& mesh);
 
-    /// Reduces the fractions of the vertices of crossing triangles, and of those they fade in from, until these
+    /// Reduces the fractions of the vertices of crossing triangles, and of their supports, until these
     /// triangles do not cross; where they cross even at the mean displacement, moves that back to the initial position.
     /// Then reduces fractions near them along the edges of active triangles, so that fractions differ by at most the
     /// distance in radii. all_the_way: reduces the fractions of crossing triangles to 0. Returns whether anything was

@@ -16,14 +16,15 @@ namespace betamesh {
 /// Adds samples to those of the outer boundary, which does not reach into gaps narrower than its balls. Otherwise the
 /// surface would stay on the balls of the joining radius there: two sheets that come near would become thick at once.
 ///
-/// In a gap a smaller ball rolls, of radius sqrt(d² - a²) at a point in distance d from the nearest particle and of
-/// those in the middle of the gap, where a is the joining radius. It is as large as the rolling ball where d is the
-/// outer radius, and vanishes where the balls of the joining radius meet. So the surface moves gradually as a gap
-/// closes, and the gap remains open until they do.
+/// In the middle of a gap a smaller ball rolls. Where the nearest particles on both sides are at distance d, its radius
+/// is sqrt(d² - a²), with a the joining radius. It is as large as the rolling ball where d is the outer radius, and
+/// vanishes where the balls of the joining radius meet. So the surface moves gradually as a gap closes, and the gap
+/// remains open until they do.
 ///
-/// From points inside arcs and faces, samples lie where the ray away from their balls is as near to another ball, if
-/// that one is opposite. OuterSamples::squared_offset tells how much smaller their rolling balls are. Samples have the
-/// velocity of the ball at which their ray begins; that the rolling ball shrinks as a gap closes is not in it.
+/// Rays lead away from the balls at points inside arcs and faces. A sample lies where such a ray is as near to another
+/// ball as to its own, if that one is opposite. OuterSamples::squared_offset tells how much smaller their rolling balls
+/// are. Samples have the velocity of the ball at which their ray begins; that the rolling ball shrinks as a gap closes
+/// is not in it.
 ///
 /// in      the boundary with its balls, points on its arcs and inside its faces; lengths: in spacings; spacing: of the
 ///         particles with the largest balls, world units

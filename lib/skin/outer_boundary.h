@@ -29,8 +29,8 @@ struct OuterSamples {
 /// The points of a network, with those that fade in in full: on the arc.
 std::vector<DualVec3> unfadedPoints(const ArcNetwork& network);
 
-/// For each point of a network the length of its arcs that it stands for, in spacings of these. What points that fade
-/// in lack of it belongs to their neighbours.
+/// For each point of a network the length of arc that it stands for, in particle spacings there. Of a point that fades
+/// in, the part that it lacks belongs to its neighbours.
 std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwork& network,
                                    const std::vector<DualVec3>& unfaded, double spacing);
 
@@ -41,8 +41,7 @@ std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwor
 /// the nearest particle: where small particles lie beside large ones it is so small that they stay inside the surface.
 ///
 /// in      all particles within two larger radii of the surface, with different radii within three; lengths: in
-/// spacings; spacing: of the particles with
-///         the largest balls, world units
+///         spacings; spacing: of the particles with the largest balls, world units
 /// out     samples at most half a radius apart, including every vertex of the boundary; their weights change
 ///         continuously in time
 /// same    result for any thread count and particle order

@@ -7,9 +7,9 @@
 
 namespace betamesh {
 
-/// Moves every vertex onto the sphere that is fitted to the surface near it that faces the same way, with a kernel as
-/// wide as the surface does not turn sideways, but at most `widest`. Edges of thick liquid are rounded nevertheless.
-/// Rims, edges and threads are smoothed along themselves. With narrow kernels the step fades out.
+/// Moves every vertex onto the sphere that is fitted to the surface near it that faces the same way, with a kernel that
+/// reaches as far as the surface does not turn sideways, at most `widest`. Edges of thick liquid are rounded
+/// nevertheless. Rims, edges and threads are smoothed along themselves. With narrow kernels the step fades out.
 ///
 /// in      widest: particle spacings
 /// out     the kernels of the vertices; areas and normals are up to date

@@ -23,7 +23,7 @@ void requireDistinctNames(const SkinParams& params);
 /// the same sum gives 2 r on a sphere and 1.87 r on a cylinder. Shapes are told apart by the thickness, and by the
 /// principal curvatures times the thickness: both are 0 on sheets, one is about 2 on threads, both are 2 on drops.
 ///
-/// A vertex that fades in takes its values from the vertices it fades in from, as it does with displacements, so
+/// A vertex that fades in takes its values from its supports, as it does with displacements, so
 /// shading does not change when a vertex appears or vanishes.
 ///
 /// Widths, the largest thickness and the thicknesses at which shapes differ are in the particle spacings at the vertex.

@@ -14,7 +14,7 @@ namespace betamesh {
 DualVec3 laidAgainst(const Wall& wall, double spacing, const DualVec3& point);
 
 /// Lays the surface against walls, one after the other, and removes the self-intersections that this causes where
-/// triangles are large for its curvature. A vertex that fades in takes the displacement of those it fades in from. The
+/// triangles are large for its curvature. A vertex that fades in takes the displacement of its supports. The
 /// spacing at a vertex is BetaMesh::scale times that of the frame.
 ///
 /// in      a mesh without self-intersections; spacing: of the particles, of the largest if their sizes differ, world

@@ -21,6 +21,15 @@ void printHead(const char* surface) {
     std::printf("| event | %s | dt = 1e-3 | 1e-4 | 1e-5 | 1e-6 |\n|---|---|---|---|---|---|\n", surface);
 }
 
+/// With two digits, as in 4.7e-3 or 1.1.
+std::string inShort(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, number < 1 ? "%.1e" : "%.1f", number);
+    std::string shortened(text);
+    if (const std::size_t zero = shortened.find("e-0"); zero != std::string::npos) shortened.erase(zero + 2, 1);
+    return shortened;
+}
+
 /// One row: the median and the largest jump of some events over each span. jumpsAcross(span)
 void printRow(const std::string& event, const std::string& surface,
               const std::function<std::vector<double>(double)>& jumpsAcross) {
@@ -28,7 +37,7 @@ void printRow(const std::string& event, const std::string& surface,
     for (const double span : kSpans) {
         std::vector<double> jumps = jumpsAcross(span);
         std::sort(jumps.begin(), jumps.end());
-        std::printf(" %.1e, %.1e |", jumps[jumps.size() / 2], jumps.back());
+        std::printf(" %s, %s |", inShort(jumps[jumps.size() / 2]).c_str(), inShort(jumps.back()).c_str());
     }
     std::printf("\n");
     std::fflush(stdout);
