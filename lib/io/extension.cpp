@@ -286,7 +286,7 @@ FileContents readFormat(const fs::path& path, FileKind kind, const ReadOptions& 
     return format.read(path, options);
 }
 
-FileContents readByContents(const fs::path& path, const ReadOptions& options, std::string& note) {
+const FileFormat& formatByContents(const fs::path& path, std::string& note) {
     const std::string name = lowerName(path);
     const FileFormat* named = formatWith(name, Access::read);
     const Signature signature = signatureOf(path, named);
@@ -310,7 +310,11 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
                ? ""
                : "contains " + describe(*found, signature) +
                      ", which other commands do not expect with this extension. " + adviceToRename(*found, signature);
-    return found->read(path, options);
+    return *found;
+}
+
+FileContents readByContents(const fs::path& path, const ReadOptions& options, std::string& note) {
+    return formatByContents(path, note).read(path, options);
 }
 
 }  // namespace betamesh
