@@ -4,8 +4,10 @@
 
 #include "batch/config/config.h"
 #include "batch/job/frames.h"
+#include "io/file_contents.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +22,14 @@ struct InputFrames {
     bool isThere(int frame) const { return pattern.numbered || is_one_file ? files.contains(frame) : !files.empty(); }
 };
 
+/// The frames that are there.
+std::vector<int> numbersOf(const InputFrames& input);
+
 /// The frames of config.input on disk. A file whose frames cannot be told counts as one.
 ///
+/// in      kind: what is read, as of sampleTimes()
 /// errors  those of inputPattern()
-InputFrames inputFrames(const Config::Input& input);
+InputFrames inputFrames(const Config::Input& input, FileKind kind = FileKind::particles);
 
 /// The frames of the key `frames`. `all` stands for every frame of the input. Of a file with several frames it stands
 /// for the one in its name, if it has one, and for the first one if the outputs have no place for more.
@@ -34,5 +40,36 @@ std::vector<int> chosenFrames(const std::string& frames, const InputFrames& inpu
 
 /// Warnings of the frames of a single file that are left out, where `all` stands for the given ones.
 std::vector<std::string> leftOutOfFile(const InputFrames& input, const std::vector<int>& frames);
+
+/// The message that a file with several frames lacks one, without a full stop.
+std::string noTimeSample(const std::string& file, int frame);
+
+/// One frame: a file, or a time sample in one.
+struct FileFrame {
+    std::string file;
+    int frame = 0;                   ///< in the name of the file, or of the time sample
+    bool is_one_of_several = false;  ///< in the file
+
+    /// The frame, if the file does not tell it.
+    std::optional<int> number() const { return is_one_of_several ? std::optional(frame) : std::nullopt; }
+    /// What readers take as `frame`.
+    std::optional<double> sample() const { return number(); }
+    /// For messages: "shot.abc, frame 12".
+    std::string text() const;
+};
+
+/// A frame of an input. A file of a sequence may not be there.
+///
+/// errors  no time sample at this frame
+FileFrame fileFrame(const InputFrames& input, int frame);
+
+/// The frames in files, in their order. Logs leftOutOfFile().
+///
+/// in      files: without placeholders, as of filesNamed()
+///         frames: as the key `frames`; those that are chosen
+///         one_of_each: `all` stands for one frame of each file, as where outputs have no place for more
+/// errors  those of parseFrames(); a frame that is in none of the files
+std::vector<FileFrame> framesIn(const std::vector<std::string>& files, const std::string& frames, FileKind kind,
+                                bool one_of_each);
 
 }  // namespace betamesh

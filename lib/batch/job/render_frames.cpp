@@ -76,14 +76,17 @@ Spheres ballsAround(const Particles& particles, const ParticleBalls& balls) {
     return spheres;
 }
 
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, ParticleBalls balls) {
+FrameGeometry readFrameGeometry(const FileFrame& of, const Config& config, ParticleBalls balls) {
     balls.colour = config.preview.colouring.attribute;
-    const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
+    const std::string& file = of.file;
+    ParticleInput input = config.input;
+    const bool as_in_file = input == ParticleInput{};
+    input.frame = of.sample();
     const bool may_be_mesh = canHold(file, FileKind::mesh, Access::read);
     FrameGeometry subject;
     if (may_be_mesh) {
         try {
-            subject.mesh = readMesh(file);
+            subject.mesh = readMesh(file, input.frame);
         } catch (const Error&) {  // perhaps because of particles that are not chosen
             if (as_in_file) throw;
         }
@@ -94,12 +97,12 @@ FrameGeometry readFrameGeometry(const std::string& file, const Config& config, P
         }
     }
     const Particles particles =
-        may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, config.input);
+        may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, input);
     subject.mesh = {};
     try {
         subject.spheres = isSpheresFile(file) ? spheresOf(particles, balls) : ballsAround(particles, balls);
     } catch (const ParticleError& error) {
-        throw Error(file + ": " + withRowInFile(error, file, config.input));
+        throw Error(file + ": " + withRowInFile(error, file, input));
     } catch (const Error& error) {
         throw Error(file + ": " + error.what());
     }
@@ -137,9 +140,7 @@ Extent sequenceExtent(const std::map<int, std::string>& files, const Config& con
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
         const WorkerEvents::FrameInProgress in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
-            Config of_frame = config;
-            static_cast<ParticleInput&>(of_frame.input) = inputOf(config, rows[i].first);
-            extents[i].add(readFrameGeometry(rows[i].second, of_frame, balls));
+            extents[i].add(readFrameGeometry({rows[i].second, rows[i].first, config.input.is_one_file}, config, balls));
         } catch (const Error&) {  // reported when this frame is meshed
         }
     });
