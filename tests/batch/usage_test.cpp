@@ -48,6 +48,8 @@ const std::vector<WrongUsage> kWrongUsages{
     {{"sample", "jiter", "s.ply"}, {"'jiter'", "dambreak", "Did you mean 'jitter'?"}},
     {{"sample", "jitter", "a.ply", "--particles", "abc"},
      {"--particles: 'abc' is not valid. Use a whole number of at"}},
+    {{"sample", "jitter", "b.ply", "--particles", "1000000000000"},
+     {"--particles 1000000000000 need about ", " GiB, but there are ", "Use at most "}},
     {{"sample", "jitter", "a.ply", "--particles", "-3"}, {"--particles: '-3' is not valid."}},
     {{"sample", "jitter", "a.ply", "--seed", "1.5"}, {"--seed: '1.5' is not valid. Use a whole number of at least 0."}},
     {{"info"}, {"betamesh info needs FILE."}},
