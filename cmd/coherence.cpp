@@ -5,6 +5,7 @@
 #include "batch/job/input_frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
+#include "batch/job/output_files.h"
 #include "batch/job/plan.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/worker.h"
@@ -326,6 +327,13 @@ void requireDistinctFiles(const CoherenceArguments& arguments) {
 int measureFrames(const CoherenceArguments& arguments) {
     checkUsage(arguments);
     requireDistinctFiles(arguments);
+    if (!arguments.plot.empty()) {
+        const std::string folder = folderOf(arguments.plot);
+        if (!std::filesystem::is_directory(folder))
+            throw Error("--plot " + arguments.plot + ": there is no folder '" + folder +
+                        "'. Make it, or choose another one");
+        requireWritableFolders({folder});
+    }
     if (arguments.frames == "all") warnOfLeftOut(arguments.meshes);
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;

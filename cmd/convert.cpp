@@ -4,6 +4,7 @@
 #include "batch/job/input_frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
+#include "batch/job/output_files.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
@@ -121,6 +122,9 @@ int convertFiles(const ConvertArguments& arguments) {
     requireOwnSequenceLayer(framePattern(arguments.output));
     std::vector<std::string> outputs;
     for (const ConversionTask& task : tasks) outputs.push_back(task.output);
+    std::set<std::string> folders;
+    for (const std::string& output : outputs) folders.insert(folderOf(output));
+    requireWritableFolders(folders);
     makeFoldersOf(outputs);
     std::set<std::string> warned;  // each loss is named once, not for each frame
     const auto convertTask = [&](std::size_t i) {

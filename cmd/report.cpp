@@ -119,6 +119,7 @@ int report(const ReportArguments& arguments) {
                     " does not end in .html, the format of the page. Give a FILE.html.");
     requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
+    makeFoldersOf({arguments.output});
     writeFile(arguments.output, htmlOf(page));
     bool complete = true;
     for (const ReportOutput& output : page.outputs) {
