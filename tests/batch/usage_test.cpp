@@ -96,6 +96,14 @@ TEST(Usage, EveryWrongCommandLineIsAnsweredInOneLineThatHelps) {
     EXPECT_FALSE(fs::exists(folder / "a.html") || fs::exists(folder / "b.ply"));
 }
 
+TEST(Usage, HelpIsAWordAsWellAsAnOption) {
+    const TemporaryFolder folder;
+    const auto run = [&](const std::vector<std::string>& words) { return runProgram(words, folder.path()); };
+    EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+    EXPECT_EQ(run({"help", "mesh"}).exit_code, 0);
+    EXPECT_EQ(run({"help", "mesh"}).out, run({"mesh", "--help"}).out);
+}
+
 TEST(Usage, TheVersionHasAShortOption) {
     const TemporaryFolder folder;
     const Outcome outcome = runProgram({"-V"}, folder.path());
