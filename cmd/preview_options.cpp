@@ -285,8 +285,14 @@ int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& error) {
-            const std::string advice = adviceOnStars(job.tasks[i].input);
-            logError("frame " + std::to_string(frame) + ": " + error.what() + (advice.empty() ? "" : '.' + advice));
+            const std::string& file = job.tasks[i].input;
+            const std::string advice = adviceOnStars(file), text = error.what();
+            const bool names_file = text.find(file) != std::string::npos ||
+                                    std::ranges::any_of(job.tasks[i].outputs, [&](const auto& output) {
+                                        return text.find(output) != std::string::npos;
+                                    });
+            logError("frame " + std::to_string(frame) + ": " + (names_file ? "" : file + ": ") + text +
+                     (advice.empty() ? "" : '.' + advice));
             status = FrameStatus::failed;
             any_failed = true;
         }

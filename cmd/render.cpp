@@ -1,3 +1,4 @@
+#include "batch/config/key_types.h"
 #include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/render_frames.h"
@@ -26,7 +27,7 @@ ParticleBalls particleBalls(const Config& config, const std::map<int, std::strin
     std::vector<SequenceSpacing> measured;
     const auto resolved = resolveRadius(config, on_disk, events, measured);
     if (!resolved) return {};
-    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->source + ')');
+    logInfo("particle spacing " + shortNumber(resolved->spacing) + " (" + resolved->source + ')');
     const SkinParams skin = skinParams(config);
     const Length& small = config.preview.particle_radius;
     const bool is_union = config.preview.show == ShownGeometry::union_;

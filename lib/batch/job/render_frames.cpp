@@ -6,6 +6,7 @@
 #include "batch/job/frame_task.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "render/exr_file.h"
@@ -51,6 +52,14 @@ Particles verticesOf(Mesh mesh) {
     return particles;
 }
 
+bool containsParticles(const FileFrame& of) {
+    try {
+        return inspectFile(of.file, nullptr, of.sample()).kind == FileKind::particles;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 Vec3 upOf(const Config::Preview& preview) { return preview.up == UpAxis::z ? Vec3(0, 0, 1) : Vec3(0, 1, 0); }
 
 Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
@@ -84,11 +93,13 @@ FrameGeometry readFrameGeometry(const FileFrame& of, const Config& config, Parti
     input.frame = of.sample();
     const bool may_be_mesh = canHold(file, FileKind::mesh, Access::read);
     FrameGeometry subject;
+    bool is_read = false;
     if (may_be_mesh) {
         try {
             subject.mesh = readMesh(file, input.frame);
-        } catch (const Error&) {  // perhaps because of particles that are not chosen
-            if (as_in_file) throw;
+            is_read = true;
+        } catch (const Error&) {  // perhaps because of particles that are not chosen, or not finite
+            if (as_in_file && !containsParticles(of)) throw;
         }
         if (!subject.mesh.triangles.empty()) {
             const std::string beside = spheresPath(file);
@@ -97,7 +108,7 @@ FrameGeometry readFrameGeometry(const FileFrame& of, const Config& config, Parti
         }
     }
     const Particles particles =
-        may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, input);
+        is_read && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, input);
     subject.mesh = {};
     try {
         subject.spheres = isSpheresFile(file) ? spheresOf(particles, balls) : ballsAround(particles, balls);
