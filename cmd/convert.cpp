@@ -95,11 +95,14 @@ std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     return tasks;
 }
 
+/// errors  an extension that nothing is written with
+void requireOutputFormat(const std::string& output) {
+    const auto canWrite = [&](FileKind kind) { return canHold(output, kind, Access::write); };
+    if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves)) formatOf(output, FileKind::mesh, Access::write);
+}
+
 /// Throws Error before anything is written.
 void requireOutputs(const std::vector<ConversionTask>& tasks, const ConvertArguments& arguments) {
-    const auto canWrite = [&](FileKind kind) { return canHold(arguments.output, kind, Access::write); };
-    if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves))
-        formatOf(arguments.output, FileKind::mesh, Access::write);
     for (const auto& [input, output, options, sample] : tasks) {
         std::error_code ignored;
         if (input == output || fs::equivalent(input, output, ignored))
@@ -117,6 +120,7 @@ std::string describe(const Conversion& done) {
 }
 
 int convertFiles(const ConvertArguments& arguments) {
+    requireOutputFormat(arguments.output);
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
     requireOwnSequenceLayer(framePattern(arguments.output));

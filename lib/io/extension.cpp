@@ -165,6 +165,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
                     : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
     else if (extension == ".json")
         guess = " The .json beside a mesh is its manifest, the report on it: give the mesh.";
+    else if (extension.empty() && access == Access::write)
+        fault = ": the name has no extension, which selects the format",
+        guess = " For a folder give the names of the files in it, as in " + (path / "name.####.ply").string() + '.';
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)

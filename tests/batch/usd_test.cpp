@@ -180,6 +180,11 @@ TEST_F(UsdTimeSamples, CheckReadsAllOfThem) {
     write(folder_ / "m.0003.ply", contentsOf(folder_ / "m.0001.ply"));
     const std::string missing = run({"check", "m.0003.ply", "--particles", "p.usda"}, 1).err;
     EXPECT_TRUE(has(missing, "p.usda: has no time sample at frame 3. There are 1-2,4")) << missing;
+    // The frame in the name is the one that is meant.
+    write(folder_ / "m.0004.usda", contentsOf(folder_ / "m.usda"));
+    const Outcome named = run({"check", "m.0004.usda"});
+    EXPECT_TRUE(has(named.out, "m.0004.usda, frame 4: good")) << named.out;
+    EXPECT_TRUE(has(named.err, "only frame 4 of 1-2,4 is read. Choose others with --frames\n")) << named.err;
     // Errors name the frame.
     std::string damaged = contentsOf(folder_ / "m.usda");
     damaged.replace(damaged.find("(4, 0, 0), "), 11, "");

@@ -54,14 +54,15 @@ std::vector<int> chosenFrames(const std::string& frames, const InputFrames& inpu
     return numbersOf(input);
 }
 
-std::vector<std::string> leftOutOfFile(const InputFrames& input, const std::vector<int>& frames) {
+std::vector<std::string> leftOutOfFile(const InputFrames& input, const std::vector<int>& frames,
+                                       std::string_view advice) {
     std::vector<std::string> warnings;
     if (!input.is_one_file) return warnings;
     const std::string name = "'" + input.pattern.text + "': ";
     if (frames.size() < input.files.size())
         warnings.push_back(name + "only frame " + std::to_string(frames.front()) + " of " +
-                           printFrames(numbersOf(input)) +
-                           " is read. Choose others with --frames, for an output whose name has ####");
+                           printFrames(numbersOf(input)) + " is read. Choose others with --frames" +
+                           std::string(advice));
     if (!input.between.empty())
         warnings.push_back(name + "the time samples between whole frames are left out, such as " +
                            shortNumber(input.between.front()));
@@ -95,7 +96,7 @@ std::vector<FileFrame> framesIn(const std::vector<std::string>& files, const std
         if (!wanted.empty() && input.is_one_file) of_file = numbersOf(input);
         there.insert(of_file.begin(), of_file.end());
         if (wanted.empty())
-            for (const std::string& warning : leftOutOfFile(input, one_of_each ? numbersOf(input) : of_file))
+            for (const std::string& warning : leftOutOfFile(input, one_of_each ? numbersOf(input) : of_file, ""))
                 logWarning(warning);
         else
             std::erase_if(of_file, [&](int frame) { return !std::ranges::binary_search(wanted, frame); });

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace betamesh {
@@ -38,8 +39,10 @@ InputFrames inputFrames(const Config::Input& input, FileKind kind = FileKind::pa
 /// errors  those of parseFrames(); several frames of a single file; `all` without any frame on disk
 std::vector<int> chosenFrames(const std::string& frames, const InputFrames& input, bool one_output);
 
-/// Warnings of the frames of a single file that are left out, where `all` stands for the given ones.
-std::vector<std::string> leftOutOfFile(const InputFrames& input, const std::vector<int>& frames);
+/// Warnings of the frames of a single file that are left out, where `all` stands for the given ones. advice: how to
+/// choose others, after --frames.
+std::vector<std::string> leftOutOfFile(const InputFrames& input, const std::vector<int>& frames,
+                                       std::string_view advice = ", for an output whose name has ####");
 
 /// The message that a file with several frames lacks one, without a full stop.
 std::string noTimeSample(const std::string& file, int frame);
