@@ -1,4 +1,5 @@
 #include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/left_out.h"
 #include "batch/job/plan.h"
 #include "batch/job/plane.h"
@@ -31,6 +32,7 @@ constexpr std::size_t kMaxGeneraPrinted = 8;
 
 struct CheckArguments {
     std::vector<std::string> meshes;
+    std::string frames = "all";
     std::string particles;
     double radius = 0;
     std::string scratch;                              // deprecated, has no effect
@@ -47,7 +49,8 @@ public:
     explicit Printer(const Mesh& mesh) : mesh_(mesh) {}
 
     static void title(const CheckReport& report) {
-        std::cout << printable(report.file) << ": ";
+        std::cout << printable(FileFrame{report.file, report.frame.value_or(0), report.frame.has_value()}.text())
+                  << ": ";
         if (report.faults.empty()) std::cout << "good";
         for (std::size_t i = 0; i < report.faults.size(); ++i) std::cout << (i > 0 ? ", " : "") << report.faults[i];
         std::cout << '\n';
@@ -189,21 +192,32 @@ Spheres spheresBeside(const std::string& mesh) {
     return spheres;
 }
 
-/// The particle file of the same frame as a mesh.
-std::string particleFileOf(const std::string& mesh_file, const CheckArguments& arguments) {
-    return nameForFrameOf(framePattern(arguments.particles), mesh_file);
-}
+/// A mesh, and the particles that it is checked with.
+struct CheckTask {
+    FileFrame mesh;
+    const InputFrames* particles = nullptr;  ///< null: none
+
+    std::string text() const {
+        if (particles == nullptr) return mesh.file;
+        try {
+            return mesh.file + ", " + particlesBeside(mesh, *particles).file;
+        } catch (const Error&) {  // the error of the check
+            return mesh.file;
+        }
+    }
+};
 
 /// Checks that all particles are inside a mesh or curves, or in the spheres beside it. plane: of curves, whose
 /// positions are in its coordinates.
 template <typename Surface>
-ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, const std::string& mesh_file,
+ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, const CheckTask& task,
                              const CheckArguments& arguments) {
     ParticleCheck check;
-    check.file = particleFileOf(mesh_file, arguments);
+    const FileFrame file = particlesBeside(task.mesh, *task.particles);
+    check.file = file.file;
     check.radius = arguments.radius;
-    const Particles particles = particlesOf(mesh_file, check.file, arguments.input_values);
-    Spheres spheres = spheresBeside(mesh_file);
+    const Particles particles = particlesOf(task.mesh.file, file, arguments.input_values);
+    Spheres spheres = spheresBeside(task.mesh.file);
     for (Vec3& p : spheres.position) p = plane.toPlane(p);
     check.particles = particles.size();
     check.spheres = spheres.size();
@@ -218,19 +232,21 @@ ParticleCheck checkParticles(const Surface& surface, const AxisPlane& plane, con
         check.farthest_row = i;
         check.farthest_position = points[i];
     }
-    if (check.outside)
-        check.farthest_row =
-            rowInFile(check.file, readConfig("", keyValuesOf({}, arguments.input_values)).input, check.farthest_row);
+    if (check.outside) {
+        ParticleInput input = readConfig("", keyValuesOf({}, arguments.input_values)).input;
+        input.frame = file.sample();
+        check.farthest_row = rowInFile(check.file, input, check.farthest_row);
+    }
     return check;
 }
 
 /// Adds the faults to the report and prints it. Returns whether there are none. `surface` is a mesh or curves.
 template <typename Surface, typename Check>
 bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, CheckReport& report,
-            const CheckArguments& arguments) {
+            const CheckTask& task, const CheckArguments& arguments) {
     for (const std::string_view fault : faultsOf(check, arguments.strict)) report.faults.emplace_back(fault);
-    if (!arguments.particles.empty()) {
-        report.particles = checkParticles(surface, plane, report.file, arguments);
+    if (task.particles != nullptr) {
+        report.particles = checkParticles(surface, plane, task, arguments);
         if (report.particles->outside) report.faults.emplace_back("particles_outside");
     }
     if (arguments.json) {
@@ -241,45 +257,62 @@ bool finish(const Surface& surface, const AxisPlane& plane, const Check& check, 
     return report.faults.empty();
 }
 
-/// Checks the mesh or the curves in a file. Returns whether they have no fault.
-bool checkFile(const std::string& file, const CheckArguments& arguments) {
+/// The report of a mesh that is still to be checked.
+CheckReport reportOf(const FileFrame& mesh) {
     CheckReport report;
-    report.file = file;
-    Mesh mesh = readUncheckedMesh(file);
-    if (mesh.triangles.empty() && inspectFile(file).kind == FileKind::curves) {
-        Curves curves = readUncheckedCurves(file);
+    report.file = mesh.file;
+    report.frame = mesh.number();
+    return report;
+}
+
+/// Checks the mesh or the curves in a file. Returns whether they have no fault.
+bool checkFile(const CheckTask& task, const CheckArguments& arguments) {
+    CheckReport report = reportOf(task.mesh);
+    const std::string& file = task.mesh.file;
+    const std::optional<double> sample = task.mesh.sample();
+    Mesh mesh = readUncheckedMesh(file, sample);
+    if (mesh.triangles.empty() && inspectFile(file, nullptr, sample).kind == FileKind::curves) {
+        Curves curves = readUncheckedCurves(file, sample);
         const std::vector<Vec3f> positions(curves.position.begin(), curves.position.end());
         const AxisPlane plane = planeOf(positions, 0).value_or(AxisPlane{});
         for (auto* rows : {&curves.position, &curves.velocity})
             for (Vec3& v : *rows) v = plane.toPlane(v);
         report.curves = checkCurves(curves, arguments.params);
-        return finish(curves, plane, *report.curves, report, arguments);
+        return finish(curves, plane, *report.curves, report, task, arguments);
     }
-    if (mesh.triangles.empty() && !mesh.position.empty() && inspectFile(file).kind == FileKind::particles)
+    if (mesh.triangles.empty() && !mesh.position.empty() &&
+        inspectFile(file, nullptr, sample).kind == FileKind::particles)
         throw Error(file +
                     ": contains particles, but no triangles and no curves. Give meshes, and the particles that "
                     "they were made from with --particles.");
     if (arguments.weld) mesh = weldVertices(mesh);
     report.check = checkMesh(mesh, arguments.params);
-    return finish(mesh, {}, report.check, report, arguments);
+    return finish(mesh, {}, report.check, report, task, arguments);
 }
 
 int checkFiles(const CheckArguments& arguments) {
     if (!arguments.scratch.empty()) logWarning("--scratch has no effect any more: meshes are checked in memory alone");
     StandardStreams streams;
     std::vector<std::string> meshes = withoutSequenceLayers(withoutManifests(filesNamed(arguments.meshes)));
-    warnOfLeftOut(arguments.meshes);
+    if (arguments.frames == "all") warnOfLeftOut(arguments.meshes);
     for (std::string& mesh : meshes)
         if (mesh == kStandardStream) mesh = streams.fileOfStdin();
     for (const std::string& mesh : meshes) formatOf(mesh, FileKind::mesh, Access::read);
-    if (!arguments.particles.empty()) formatOf(arguments.particles, FileKind::particles, Access::read);
-    const auto nameOf = [&](std::size_t i) {
-        return meshes[i] + (arguments.particles.empty() ? "" : ", " + particleFileOf(meshes[i], arguments));
-    };
+    std::optional<InputFrames> particles;
+    if (!arguments.particles.empty()) particles = particleFrames(arguments.particles, arguments.input_values);
+    std::vector<CheckTask> tasks;
+    for (FileFrame& mesh : framesIn(meshes, arguments.frames, FileKind::mesh, false))
+        tasks.push_back({std::move(mesh), particles ? &*particles : nullptr});
     return forEachFile(
-        meshes.size(), nameOf, [&](std::size_t i) { return checkFile(meshes[i], arguments); },
+        tasks.size(),
+        [&](std::size_t i) {
+            return NamedFile{tasks[i].text(), tasks[i].mesh.number()};
+        },
+        [&](std::size_t i) { return checkFile(tasks[i], arguments); },
         [&](std::size_t i, const std::string& error) {
-            if (arguments.json) std::cout << checkJson({meshes[i], error, {}, {}, {}, {}}) << '\n';
+            CheckReport report = reportOf(tasks[i].mesh);
+            report.error = error;
+            if (arguments.json) std::cout << checkJson(report) << '\n';
         });
 }
 
@@ -301,8 +334,9 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         ->add_option("MESH", arguments->meshes,
                      "Files with meshes or planar curves (" + extensionsFor(FileKind::mesh, Access::read) +
                          "). Polygons are triangulated. A pattern with a frame number (####) stands for every frame on "
-                         "disk, - for stdin.")
+                         "disk, a file with time samples for all of them, - for stdin.")
         ->required();
+    addFramesOption(*command, arguments->frames);
     command->add_flag("--json", arguments->json, "Print one JSON object per mesh on stdout, with all components.");
     command->add_flag(
         "--strict", arguments->strict,
@@ -323,7 +357,8 @@ void addCheckCommand(CLI::App& program, int& exit_code) {
         command
             ->add_option("--particles", arguments->particles,
                          "Also check that all these particles are inside the mesh, on it, or in the spheres beside it. "
-                         "A frame number (####) in the name is replaced by that of each mesh.")
+                         "A frame number (####) in the name is replaced by that of each mesh, which also chooses among "
+                         "time samples.")
             ->type_name("IN");
     command
         ->add_option("--radius", arguments->radius,

@@ -2,8 +2,10 @@
 #include "batch/config/config.h"
 #include "batch/job/distinct_files.h"
 #include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
+#include "batch/job/output_files.h"
 #include "batch/job/plan.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/worker.h"
@@ -41,6 +43,7 @@ constexpr double kDefaultPlacesAbove = 1;
 
 struct CoherenceArguments {
     std::vector<std::string> meshes;
+    std::string frames = "all";
     std::string particles;
     std::string pipeline;
     std::vector<std::string> assignments;
@@ -67,6 +70,7 @@ struct Moment {
 /// The moments to compare.
 struct Sequence {
     std::vector<std::string> names;
+    std::vector<FileFrame> files;               ///< of meshes on disk; else empty
     std::vector<double> at;                     ///< position of each moment on the horizontal axis of a plot, ascending
     std::string axis_label;                     ///< of that axis
     std::function<Moment(std::size_t)> moment;  ///< throws Error if moment i cannot be made
@@ -104,23 +108,25 @@ void writePlot(const std::string& file, const Sequence& sequence, const std::vec
     writeFile(file, svgOf(plot));
 }
 
-/// The mesh files of the given names. A name with a frame number (####) stands for all of its frames on disk.
-std::vector<std::string> filesOf(const std::vector<std::string>& names) {
-    const std::vector<std::string> files = withoutSequenceLayers(withoutManifests(filesNamed(names)));
+/// The meshes of the given names. A name with a frame number (####) stands for all of its frames on disk, a file with
+/// time samples for these.
+std::vector<FileFrame> meshesOf(const CoherenceArguments& arguments) {
+    const std::vector<std::string> files = withoutSequenceLayers(withoutManifests(filesNamed(arguments.meshes)));
     for (const std::string& file : files) formatOf(file, FileKind::mesh, Access::read);
-    if (files.size() < 2)
+    std::vector<FileFrame> meshes = framesIn(files, arguments.frames, FileKind::mesh, false);
+    if (meshes.size() < 2)
         throw Error(std::string("at least two meshes are needed to measure a movement, but there is ") +
-                    (files.empty() ? "none" : "only " + files[0]) +
+                    (meshes.empty() ? "none" : "only " + meshes[0].text()) +
                     ". Give more files or a pattern such as m.####.ply.");
-    return files;
+    return meshes;
 }
 
 /// errors  a file of particles or curves; one that is empty is a frame without liquid
-Mesh readSurface(const std::string& file) {
-    Mesh mesh = readMesh(file);
+Mesh readSurface(const FileFrame& file) {
+    Mesh mesh = readMesh(file.file, file.sample());
     if (!mesh.triangles.empty() || mesh.position.empty()) return mesh;
-    const FileKind kind = inspectFile(file).kind;
-    throw Error(file + ": contains " +
+    const FileKind kind = inspectFile(file.file, nullptr, file.sample()).kind;
+    throw Error(file.text() + ": contains " +
                 (kind == FileKind::particles ? "particles"
                  : kind == FileKind::curves  ? "curves"
                                              : "vertices") +
@@ -129,23 +135,25 @@ Mesh readSurface(const std::string& file) {
 
 Sequence meshFiles(const CoherenceArguments& arguments) {
     Sequence sequence;
-    sequence.names = filesOf(arguments.meshes);
+    sequence.files = meshesOf(arguments);
     sequence.axis_label = "frame";
-    for (const std::string& file : sequence.names) sequence.at.push_back(frameInName(file));
+    for (const FileFrame& file : sequence.files) {
+        sequence.names.push_back(file.text());
+        sequence.at.push_back(file.frame);
+    }
     if (std::adjacent_find(sequence.at.begin(), sequence.at.end(), std::greater_equal<>()) != sequence.at.end()) {
         sequence.axis_label = "mesh";
         for (std::size_t i = 0; i < sequence.at.size(); ++i) sequence.at[i] = static_cast<double>(i + 1);
     }
     sequence.threads = threadsOf(Config{});
-    std::optional<FramePattern> particles;
+    std::optional<InputFrames> particles;
     if (!arguments.particles.empty()) {
-        formatOf(arguments.particles, FileKind::particles, Access::read);
-        particles = framePattern(arguments.particles);
-        requirePlaceholder(sequence.names.size(), *particles);
+        particles = particleFrames(arguments.particles, arguments.input_values);
+        if (!particles->is_one_file) requirePlaceholder(sequence.names.size(), particles->pattern);
     }
-    sequence.moment = [names = sequence.names, particles, values = arguments.input_values](std::size_t i) {
-        Moment moment{readSurface(names[i]), std::nullopt};
-        if (particles) moment.particles = particlesOf(names[i], nameForFrameOf(*particles, names[i]), values);
+    sequence.moment = [files = sequence.files, particles, values = arguments.input_values](std::size_t i) {
+        Moment moment{readSurface(files[i]), std::nullopt};
+        if (particles) moment.particles = particlesOf(files[i].file, particlesBeside(files[i], *particles), values);
         return moment;
     };
     return sequence;
@@ -234,6 +242,16 @@ bool isBeyondLimits(const CoherenceReport& report, const CoherenceArguments& arg
     return report.distance.max > arguments.max_jump || report.largestExpectedRatio() > arguments.max_ratio;
 }
 
+/// Names the files of moments i - 1 and i as scripts need them: with the frames of time samples beside them.
+void nameFiles(const Sequence& sequence, std::size_t i, CoherenceReport& report) {
+    if (sequence.files.empty()) return;
+    const FileFrame &from = sequence.files[i - 1], &to = sequence.files[i];
+    report.from = from.file;
+    report.to = to.file;
+    report.from_frame = from.number();
+    report.to_frame = to.number();
+}
+
 int measure(const Sequence& sequence, const CoherenceArguments& arguments, const WorkerEvents& events) {
     std::optional<PlotLine> against;
     if (!arguments.against.empty()) against = lineOf(arguments.against, sequence.names.size() - 1);
@@ -255,7 +273,8 @@ int measure(const Sequence& sequence, const CoherenceArguments& arguments, const
                            std::to_string(static_cast<std::int64_t>(*report.particles->repeated_id)) +
                            ". Those of one id are matched in the order of the files, so displacements may be wrong");
         } catch (const Error& error) {
-            report.error = error.what();
+            const bool is_sample = !sequence.files.empty() && sequence.files[i].is_one_of_several;
+            report.error = (is_sample ? "frame " + std::to_string(sequence.files[i].frame) + ": " : "") + error.what();
             logError(report.error);
         }
         if (i > 0) {
@@ -263,6 +282,7 @@ int measure(const Sequence& sequence, const CoherenceArguments& arguments, const
             report.from = sequence.names[i - 1];
             report.to = sequence.names[i];
             if (arguments.json) {
+                nameFiles(sequence, i, report);
                 std::cout << coherenceJson(report) << std::endl;
             } else {
                 printTableRow(report, with_particles, arguments.max_places);
@@ -297,7 +317,7 @@ void requireDistinctFiles(const CoherenceArguments& arguments) {
     for (const std::string& file : filesNamed(arguments.meshes)) {
         files.read(file, "a mesh");
         if (!arguments.particles.empty())
-            files.read(nameForFrameOf(framePattern(arguments.particles), file), "the particles of a mesh");
+            files.read(nameForFrameOf(inputPattern(arguments.particles), file), "the particles of a mesh");
     }
     for (const std::string& file : {arguments.pipeline, arguments.against})
         if (!file.empty()) files.read(file, file == arguments.pipeline ? "the pipeline file" : "the file of --against");
@@ -307,7 +327,14 @@ void requireDistinctFiles(const CoherenceArguments& arguments) {
 int measureFrames(const CoherenceArguments& arguments) {
     checkUsage(arguments);
     requireDistinctFiles(arguments);
-    warnOfLeftOut(arguments.meshes);
+    if (!arguments.plot.empty()) {
+        const std::string folder = folderOf(arguments.plot);
+        if (!std::filesystem::is_directory(folder))
+            throw Error("--plot " + arguments.plot + ": there is no folder '" + folder +
+                        "'. Make it, or choose another one");
+        requireWritableFolders({folder});
+    }
+    if (arguments.frames == "all") warnOfLeftOut(arguments.meshes);
     const Supervision watched = superviseWorkers(true);
     if (!watched.is_worker) return watched.exit_code;
     const Sequence sequence = arguments.pipeline.empty() ? meshFiles(arguments) : fineSteps(arguments, watched);
@@ -343,7 +370,9 @@ void addCoherenceCommand(CLI::App& program, int& exit_code) {
     command->add_option("MESH", arguments->meshes,
                         "Mesh files of any program in the order of time (" +
                             extensionsFor(FileKind::mesh, Access::read) +
-                            "). A pattern with a frame number (####) stands for every frame on disk.");
+                            "). A pattern with a frame number (####) stands for every frame on disk, a file with time "
+                            "samples for all of them.");
+    addFramesOption(*command, arguments->frames);
     command
         ->add_option("--particles", arguments->particles,
                      "Also measure how far the fastest particle moved. Particles are matched by id or, without ids, by "

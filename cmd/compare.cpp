@@ -172,7 +172,7 @@ void addCompareCommand(CLI::App& program, int& exit_code) {
                         ": sheets with captions are written as .png. Use a name that ends in .png.");
         Config defaults;
         defaults.preview.width = kPanelWidth, defaults.preview.height = kPanelHeight;
-        const PreviewJob job = planPreviews(*options, defaults);
+        const PreviewJob job = planPreviews(*options, FileKind::particles, defaults);
         exit_code =
             inPreviewWorker(job, [&](const PreviewWorker& worker) { return compare(job, *texts, *columns, worker); });
     });

@@ -4,6 +4,7 @@
 #include "batch/job/input_frames.h"
 #include "batch/job/job.h"
 #include "batch/job/left_out.h"
+#include "batch/job/output_files.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/platform/machine.h"
 #include "batch/report/log.h"
@@ -48,6 +49,7 @@ struct ConvertArguments {
 struct ConversionTask {
     std::string input, output;
     ConversionOptions options{};
+    std::optional<int> sample{};  ///< frame of the time sample, if the input has several
 };
 
 ConversionOptions conversionOptions(const ConvertArguments& arguments) {
@@ -75,7 +77,7 @@ std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     Config::Input named;
     named.path = arguments.input;
     named.grid = options.grids;
-    const InputFrames input = inputFrames(named);
+    const InputFrames input = inputFrames(named, FileKind::mesh);
     const std::vector<int> frames = chosenFrames(arguments.frames, input, !output.numbered);
     requirePlaceholder(frames.size(), output);
     if (arguments.frames == "all") {
@@ -84,22 +86,24 @@ std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     }
     std::vector<ConversionTask> tasks;
     for (const int frame : frames) {
-        tasks.push_back({fileOfFrame(input.pattern, input.files, frame), frameName(output, frame), options});
+        const FileFrame file = fileFrame(input, frame);
+        tasks.push_back({file.file, frameName(output, frame), options});
         if (output.numbered) tasks.back().options.write.frame = frame;
-        if (!input.is_one_file) continue;
-        if (!input.isThere(frame))
-            throw Error(arguments.input + ": has no time sample at frame " + std::to_string(frame) + '.');
-        tasks.back().options.frame = frame;
+        tasks.back().options.frame = file.sample();
+        tasks.back().sample = file.number();
     }
     return tasks;
 }
 
+/// errors  an extension that nothing is written with
+void requireOutputFormat(const std::string& output) {
+    const auto canWrite = [&](FileKind kind) { return canHold(output, kind, Access::write); };
+    if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves)) formatOf(output, FileKind::mesh, Access::write);
+}
+
 /// Throws Error before anything is written.
 void requireOutputs(const std::vector<ConversionTask>& tasks, const ConvertArguments& arguments) {
-    const auto canWrite = [&](FileKind kind) { return canHold(arguments.output, kind, Access::write); };
-    if (!canWrite(FileKind::particles) && !canWrite(FileKind::curves))
-        formatOf(arguments.output, FileKind::mesh, Access::write);
-    for (const auto& [input, output, options] : tasks) {
+    for (const auto& [input, output, options, sample] : tasks) {
         std::error_code ignored;
         if (input == output || fs::equivalent(input, output, ignored))
             throw Error(output + " is both input and output. Choose another output");
@@ -116,24 +120,32 @@ std::string describe(const Conversion& done) {
 }
 
 int convertFiles(const ConvertArguments& arguments) {
+    requireOutputFormat(arguments.output);
     const std::vector<ConversionTask> tasks = tasksOf(arguments);
     requireOutputs(tasks, arguments);
     requireOwnSequenceLayer(framePattern(arguments.output));
     std::vector<std::string> outputs;
     for (const ConversionTask& task : tasks) outputs.push_back(task.output);
+    std::set<std::string> folders;
+    for (const std::string& output : outputs) folders.insert(folderOf(output));
+    requireWritableFolders(folders);
     makeFoldersOf(outputs);
     std::set<std::string> warned;  // each loss is named once, not for each frame
     const auto convertTask = [&](std::size_t i) {
-        const auto& [input, output, options] = tasks[i];
+        const auto& [input, output, options, sample] = tasks[i];
         const Conversion done = convertFile(input, output, options);
         for (const std::string& warning : done.warnings)
             if (warned.insert(warning).second) logWarning(input + ": " + warning);
-        logInfo(input + " -> " + output + ": " + describe(done));
+        logInfo(FileFrame{input, sample.value_or(0), sample.has_value()}.text() + " -> " + output + ": " +
+                describe(done));
         return true;
     };
     const int exit_code = forEachFile(
-        tasks.size(), [&](std::size_t i) { return tasks[i].input; }, convertTask,
-        [](std::size_t, const std::string&) {});
+        tasks.size(),
+        [&](std::size_t i) {
+            return NamedFile{tasks[i].input, tasks[i].sample};
+        },
+        convertTask, [](std::size_t, const std::string&) {});
     // The frames know the units of the input, of which this process may have read nothing.
     WriteOptions of_layer;
     for (auto task = tasks.rbegin(); task != tasks.rend(); ++task) copyUsdUnits(task->output, of_layer);

@@ -12,7 +12,7 @@
 
 namespace betamesh {
 
-int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>& nameOf,
+int forEachFile(std::size_t files, const std::function<NamedFile(std::size_t)>& nameOf,
                 const std::function<bool(std::size_t)>& process,
                 const std::function<void(std::size_t, const std::string& error)>& failed) {
     const Supervision watched = superviseWorkers(true);
@@ -25,14 +25,16 @@ int forEachFile(std::size_t files, const std::function<std::string(std::size_t)>
         const WorkerEvents::FrameInProgress at_work(watched.events, number);
         bool is_good = false;
         const auto fail = [&](const Error& error) {
-            const std::string advice = adviceOnStars(nameOf(i));
-            const std::string text = error.what() + (advice.empty() ? "" : '.' + advice);
+            const auto [name, frame] = nameOf(i);
+            const std::string advice = adviceOnStars(name);
+            const std::string text = (frame ? "frame " + std::to_string(*frame) + ": " : "") + error.what() +
+                                     (advice.empty() ? "" : '.' + advice);
             logError(text);
             failed(i, text);
         };
         try {
             if (const auto lost = history.lost.find(number); lost != history.lost.end())
-                throw Error(nameOf(i) + ": " + lost->second);
+                throw Error(nameOf(i).name + ": " + lost->second);
             is_good = process(i);
         } catch (const MemoryError& error) {
             out_of_memory = true;

@@ -1,4 +1,6 @@
+#include "batch/config/key_types.h"
 #include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/left_out.h"
 #include "batch/job/usd_sequence.h"
 #include "batch/report/printable.h"
@@ -7,19 +9,42 @@
 #include "each_file.h"
 #include "io/extension.h"
 #include "io/file_info.h"
+#include "job_options.h"
 #include "skin/spacing.h"
 #include "standard_streams.h"
 
+#include <cmath>
 #include <iostream>
+#include <limits>
 #include <optional>
 
 namespace betamesh {
 namespace {
 
-void print(const std::string& file, const FileInfo& info, std::optional<double> particle_spacing) {
-    std::cout << printable(file) << '\n'
-              << "  format      " << printable(info.format) << ", " << info.bytes << " bytes\n"
-              << "  points      " << info.points << '\n';
+/// "24 at frames 1-24, of which frame 1 is shown".
+std::string samplesText(const std::vector<double>& times, const FileFrame& file) {
+    std::vector<int> whole;
+    std::size_t between = 0;
+    for (const double time : times) {
+        if (time == std::trunc(time) && std::abs(time) <= std::numeric_limits<int>::max())
+            whole.push_back(static_cast<int>(time));
+        else
+            ++between;
+    }
+    std::string text = std::to_string(times.size());
+    if (!whole.empty()) text += " at frames " + printFrames(whole);
+    if (between > 0)
+        text += whole.empty()
+                    ? " between whole frames, from " + shortNumber(times.front()) + " to " + shortNumber(times.back())
+                    : " and between them";
+    return text + (file.is_one_of_several ? ", of which frame " + std::to_string(file.frame) + " is shown" : "");
+}
+
+void print(const FileFrame& file, const FileInfo& info, std::optional<double> particle_spacing) {
+    std::cout << printable(file.file) << '\n'
+              << "  format      " << printable(info.format) << ", " << info.bytes << " bytes\n";
+    if (info.times.size() > 1) std::cout << "  samples     " << samplesText(info.times, file) << '\n';
+    std::cout << "  points      " << info.points << '\n';
     for (const VolumeInfo& volume : info.volumes) {
         std::cout << "  volume      " << printable(volume.name) << ": " << printable(volume.kind) << ", "
                   << printable(volume.type) << ", voxel " << volume.voxel << ", " << volume.voxels << " active voxels";
@@ -57,19 +82,20 @@ void print(const std::string& file, const FileInfo& info, std::optional<double> 
 
 struct InfoArguments {
     std::vector<std::string> files;
+    std::string frames = "all";
     bool json = false;
 };
 
-void showFile(const std::string& file, bool json) {
+void showFile(const FileFrame& file, bool json) {
     std::vector<Vec3f> particles;
-    const FileInfo info = inspectFile(file, &particles);
+    const FileInfo info = inspectFile(file.file, &particles, file.sample());
     std::optional<double> particle_spacing;
     if (info.kind == FileKind::particles) {
         const auto estimate = spacingOf(particles);
         if (estimate) particle_spacing = estimate->spacing;
     }
     if (json) {
-        std::cout << infoJson(file, info, particle_spacing) << '\n';
+        std::cout << infoJson(file.file, file.number(), info, particle_spacing) << '\n';
     } else {
         print(file, info, particle_spacing);
     }
@@ -78,15 +104,20 @@ void showFile(const std::string& file, bool json) {
 int showFiles(const InfoArguments& arguments) {
     StandardStreams streams;
     std::vector<std::string> files = withoutSequenceLayers(withoutManifests(filesNamed(arguments.files)));
-    warnOfLeftOut(arguments.files);
+    if (arguments.frames == "all") warnOfLeftOut(arguments.files);
     for (std::string& file : files)
         if (file == kStandardStream) file = streams.fileOfStdin();
+    const std::vector<FileFrame> frames = framesIn(files, arguments.frames, FileKind::mesh, true);
     const auto show = [&](std::size_t i) {
-        showFile(files[i], arguments.json);
+        showFile(frames[i], arguments.json);
         return true;
     };
     return forEachFile(
-        files.size(), [&](std::size_t i) { return files[i]; }, show, [](std::size_t, const std::string&) {});
+        frames.size(),
+        [&](std::size_t i) {
+            return NamedFile{frames[i].file, frames[i].number()};
+        },
+        show, [](std::size_t, const std::string&) {});
 }
 
 }  // namespace
@@ -95,11 +126,13 @@ void addInfoCommand(CLI::App& program, int& exit_code) {
     const auto [command, arguments] =
         addCommand(program, exit_code, "info", "Shows what particle and mesh files contain.", showFiles);
     command
-        ->add_option("FILE", arguments->files,
-                     "Particle or mesh files (" + readableExtensions() +
-                         "). The format is that of the contents, whatever the extension. A pattern with a frame number "
-                         "(####) stands for every frame on disk, - for stdin.")
+        ->add_option(
+            "FILE", arguments->files,
+            "Particle or mesh files (" + readableExtensions() +
+                "). The format is that of the contents, whatever the extension. A pattern with a frame number "
+                "(####) stands for every frame on disk, - for stdin. Of a file with time samples one is shown.")
         ->required();
+    addFramesOption(*command, arguments->frames);
     command->add_flag("--json", arguments->json, "Print one JSON object per file on stdout.");
     command->footer("Exit codes: 0 every file is shown; 1 a file cannot be read; 2 wrong usage.");
 }

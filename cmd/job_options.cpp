@@ -13,8 +13,10 @@
 #include "batch/report/printable.h"
 #include "batch/report/progress.h"
 #include "batch/report/report.h"
+#include "betamesh/error.h"
 #include "help.h"
 #include "io/extension.h"
+#include "io/frame_number.h"
 #include "io/particle_file.h"
 #include "io/up_axis.h"
 #include "value_checks.h"
@@ -22,6 +24,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 namespace betamesh {
@@ -175,7 +178,32 @@ void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& va
         ->group("Input");
 }
 
-Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
+void addFramesOption(CLI::App& command, std::string& frames) {
+    command
+        .add_option("--frames", frames,
+                    "Choose frames, such as 1-24: by the numbers in file names, or the time samples in files.")
+        ->type_name("FRAMES")
+        ->capture_default_str();
+}
+
+InputFrames particleFrames(const std::string& path, const std::map<std::string, std::string>& values) {
+    Config::Input input = readConfig("", keyValuesOf({}, values)).input;
+    input.path = path;
+    const InputFrames frames = inputFrames(input);
+    formatOf(frames.pattern.text, FileKind::particles, Access::read);
+    return frames;
+}
+
+FileFrame particlesBeside(const FileFrame& mesh, const InputFrames& particles) {
+    int frame = mesh.frame;
+    const bool is_numbered =
+        mesh.is_one_of_several || !frameNumberIn(std::filesystem::path(mesh.file).filename().string()).empty();
+    if (!is_numbered && (particles.pattern.numbered || particles.is_one_file))
+        if (const auto manifest = readManifest(manifestPath(mesh.file))) frame = manifest->frame;
+    return fileFrame(particles, frame);
+}
+
+Particles particlesOf(const std::string& mesh_file, const FileFrame& particles,
                       const std::map<std::string, std::string>& values) {
     const Config config = readConfig("", keyValuesOf({}, values));
     const auto manifest = readManifest(manifestPath(mesh_file));
@@ -192,8 +220,9 @@ Particles particlesOf(const std::string& mesh_file, const std::string& particle_
         else
             input.origin = mesh_up == UpAxis::z ? Vec3(o.x, o.z, -o.y) : Vec3(o.x, -o.z, o.y);
     }
-    Particles particles = readParticles(particle_file, input);
-    return mesh_up == UpAxis::z ? withZUp(std::move(particles)) : particles;
+    input.frame = particles.sample();
+    Particles read = readParticles(particles.file, input);
+    return mesh_up == UpAxis::z ? withZUp(std::move(read)) : read;
 }
 
 std::vector<KeyValue> keyValuesOf(const std::vector<std::string>& assignments,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "batch/config/config.h"
+#include "batch/job/input_frames.h"
 
 #include <CLI/CLI.hpp>
 
@@ -36,14 +37,27 @@ void addKeyOptions(CLI::App& command, std::map<std::string, std::string>& values
 /// Adds the options that say how particles are read: all keys of the section input.
 void addParticleOptions(CLI::App& command, std::map<std::string, std::string>& values);
 
+/// Adds --frames of commands that read files one by one, for framesIn().
+void addFramesOption(CLI::App& command, std::string& frames);
+
 /// Adds --output-up-axis for commands that compare meshes with particles.
 void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& values);
 
-/// The particles in a file, in the coordinates of a mesh, with these values of the options. An origin and an up axis of
-/// the mesh that are not given are those of the mesh's manifest.
+/// The input of --particles: one file for all meshes, or a file or time sample for each frame.
+///
+/// errors  an extension that particles do not have; those of inputFrames()
+InputFrames particleFrames(const std::string& path, const std::map<std::string, std::string>& values);
+
+/// The particles of the frame of a mesh. The frame of a mesh file without a number is that of its manifest.
+///
+/// errors  no time sample at that frame
+FileFrame particlesBeside(const FileFrame& mesh, const InputFrames& particles);
+
+/// The particles of a frame, in the coordinates of a mesh, with these values of the options. An origin and an up axis
+/// of the mesh that are not given are those of the mesh's manifest.
 ///
 /// errors  those of readParticles()
-Particles particlesOf(const std::string& mesh_file, const std::string& particle_file,
+Particles particlesOf(const std::string& mesh_file, const FileFrame& particles,
                       const std::map<std::string, std::string>& values);
 
 /// The keys given on the command line in ascending precedence: --set, then options.

@@ -15,6 +15,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/lsan_interface.h>
@@ -61,6 +62,15 @@ void addCommands(CLI::App& program, int& exit_code, std::string_view name) {
         if (all || isNamed(command)) command.add(program, exit_code);
 }
 
+/// The words of the command line. `help COMMAND` means `COMMAND --help`, as in other programs.
+std::vector<std::string> wordsOf(int argc, char** argv) {
+    std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    if (words.empty() || words[0] != "help") return words;
+    words.erase(words.begin());
+    words.emplace_back("--help");
+    return words;
+}
+
 /// Ends the program without destructors of static objects: the system frees memory faster, and in a worker process the
 /// destructor of OpenVDB's log would wait for threads that a fork does not copy.
 int leave(int exit_code) {
@@ -88,9 +98,10 @@ int run(int argc, char** argv) {
     program.footer(kExitCodes);
     std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of that file and does not end the process
     int exit_code = kAllWritten;
-    addCommands(program, exit_code, argc > 1 ? argv[1] : "");
+    const std::vector<std::string> words = wordsOf(argc, argv);
+    addCommands(program, exit_code, words.empty() ? "" : words[0]);
     try {
-        program.parse(argc, argv);
+        program.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 wants the last one first
         std::cout.flush();
         if (!std::cout && exit_code == kAllWritten) {
             logError("stdout cannot be written. Is the disk full or the pipe closed?");
@@ -99,7 +110,7 @@ int run(int argc, char** argv) {
         return exit_code;
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return program.exit(error);  // --help and --version are not errors
-        logError(usageError(program, {argv + 1, argv + argc}, error));
+        logError(usageError(program, words, error));
         return kWrongUsage;
     } catch (const std::bad_alloc&) {
         logError("out of memory");

@@ -81,7 +81,7 @@ void warnOfSheetOptions(const PreviewOptions& options) {
 void requireDistinctFiles(const PreviewJob& job) {
     DistinctFiles files;
     if (!job.options.pipeline.empty()) files.read(job.options.pipeline, "the pipeline file");
-    for (const auto& [frame, file] : job.on_disk) files.read(file, "the input of frame " + std::to_string(frame));
+    for (const auto& [frame, file] : job.input.files) files.read(file, "the input of frame " + std::to_string(frame));
     for (const PreviewTask& task : job.tasks) {
         const std::string of_frame = " of frame " + std::to_string(task.frame);
         files.read(task.input, "the input" + of_frame);
@@ -201,7 +201,7 @@ void addPreviewOptions(CLI::App& command, PreviewOptions& options,
     command.add_flag("-q,--quiet", options.quiet, "Print only errors.")->group("Running");
 }
 
-PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
+PreviewJob planPreviews(const PreviewOptions& options, FileKind kind, const Config& defaults) {
     setLogLevel(options.quiet ? LogLevel::quiet : LogLevel::normal);
     if (options.overwrite && options.skip_existing)
         throw Error("--overwrite and --skip-existing contradict each other. Use one of them.");
@@ -211,17 +211,19 @@ PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults) {
     const Config base = options.pipeline.empty() ? defaults : Config{};
     PreviewJob job{outputConfigs(readConfig(options.pipeline, given, base)).front(), {}, {}, options};
     job.config.input.path = options.input;
-    const FramePattern input = inputPattern(options.input);
-    job.on_disk = framesOnDisk(input);
-    const std::vector<int> frames = chosenFrames(job.config.frames, input, job.on_disk);
-    if (job.config.frames == "all") warnOfLeftOut({options.input});
+    job.input = inputFrames(job.config.input, kind);
+    job.config.input.is_one_file = job.input.is_one_file;
     std::vector<FramePattern> outputs;
-    for (const std::string& output : options.outputs) {
-        outputs.push_back(framePattern(output));
-        requirePlaceholder(frames.size(), outputs.back());
+    for (const std::string& output : options.outputs) outputs.push_back(framePattern(output));
+    const bool one_output = !std::ranges::all_of(outputs, &FramePattern::numbered);
+    const std::vector<int> frames = chosenFrames(job.config.frames, job.input, one_output);
+    if (job.config.frames == "all") {
+        warnOfLeftOut({options.input});
+        for (const std::string& warning : leftOutOfFile(job.input, frames)) logWarning(warning);
     }
+    for (const FramePattern& output : outputs) requirePlaceholder(frames.size(), output);
     for (const int frame : frames) {
-        PreviewTask task{frame, fileOfFrame(input, job.on_disk, frame), {}, false};
+        PreviewTask task{frame, fileOfFrame(job.input.pattern, job.input.files, frame), {}, false};
         for (const FramePattern& output : outputs) task.outputs.push_back(frameName(output, frame));
         task.keep = options.skip_existing && allExist(task.outputs);
         if (!options.skip_existing && !options.overwrite) refuseExisting(task.outputs);
@@ -260,6 +262,7 @@ int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
         }
         if (const auto lost = history.lost.find(task.frame); lost != history.lost.end())
             throw Error(task.input + ": " + lost->second);
+        fileFrame(job.input, task.frame);  // throws if it is not there
         const auto begin = std::chrono::steady_clock::now();
         const Rendering rendering = render(task);
         const SignalWatch::Writing writing(worker.signals);
@@ -268,7 +271,7 @@ int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
         char time[32];
         std::snprintf(time, sizeof time, "%.2f s", seconds.count());
-        logInfo(task.input + " -> " + task.outputs.front() + " in " + time);
+        logInfo(fileFrame(job.input, task.frame).text() + " -> " + task.outputs.front() + " in " + time);
     };
     for (std::size_t i = 0; i < job.tasks.size(); ++i) {
         const int frame = job.tasks[i].frame;
@@ -282,8 +285,14 @@ int writePreviews(const PreviewJob& job, const PreviewWorker& worker,
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& error) {
-            const std::string advice = adviceOnStars(job.tasks[i].input);
-            logError("frame " + std::to_string(frame) + ": " + error.what() + (advice.empty() ? "" : '.' + advice));
+            const std::string& file = job.tasks[i].input;
+            const std::string advice = adviceOnStars(file), text = error.what();
+            const bool names_file = text.find(file) != std::string::npos ||
+                                    std::ranges::any_of(job.tasks[i].outputs, [&](const auto& output) {
+                                        return text.find(output) != std::string::npos;
+                                    });
+            logError("frame " + std::to_string(frame) + ": " + (names_file ? "" : file + ": ") + text +
+                     (advice.empty() ? "" : '.' + advice));
             status = FrameStatus::failed;
             any_failed = true;
         }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "batch/config/config.h"
+#include "batch/job/input_frames.h"
 #include "batch/platform/interrupt.h"
 #include "batch/platform/worker.h"
 #include "render/picture.h"
@@ -47,8 +48,8 @@ struct PreviewTask {
 /// The previews to render, planned before anything is written.
 struct PreviewJob {
     Config config;
-    std::vector<PreviewTask> tasks;      ///< ascending frames, at least one
-    std::map<int, std::string> on_disk;  ///< frame -> file, all inputs of the sequence
+    std::vector<PreviewTask> tasks;  ///< ascending frames, at least one
+    InputFrames input;               ///< of the sequence
     PreviewOptions options;
 };
 
@@ -65,10 +66,11 @@ struct Rendering {
     Image image;                     ///< for the contact sheet and the movie
 };
 
-/// in      defaults: the configuration that options and pipeline file change
+/// in      kind: what is rendered; mesh: meshes, or particles where there are none
+///         defaults: the configuration that options and pipeline file change
 /// errors  no frames; an output exists and neither overwrite nor skip_existing is set; a movie is wanted and ffmpeg is
 ///         not installed
-PreviewJob planPreviews(const PreviewOptions& options, const Config& defaults = {});
+PreviewJob planPreviews(const PreviewOptions& options, FileKind kind, const Config& defaults = {});
 
 /// Calls work() in a worker process, on as many threads as the job may use.
 ///

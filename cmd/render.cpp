@@ -1,3 +1,4 @@
+#include "batch/config/key_types.h"
 #include "batch/config/local_origin.h"
 #include "batch/config/radius.h"
 #include "batch/job/render_frames.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <set>
 
 namespace betamesh {
@@ -25,7 +27,7 @@ ParticleBalls particleBalls(const Config& config, const std::map<int, std::strin
     std::vector<SequenceSpacing> measured;
     const auto resolved = resolveRadius(config, on_disk, events, measured);
     if (!resolved) return {};
-    logInfo("particle spacing " + std::to_string(resolved->spacing) + " (" + resolved->source + ')');
+    logInfo("particle spacing " + shortNumber(resolved->spacing) + " (" + resolved->source + ')');
     const SkinParams skin = skinParams(config);
     const Length& small = config.preview.particle_radius;
     const bool is_union = config.preview.show == ShownGeometry::union_;
@@ -34,9 +36,10 @@ ParticleBalls particleBalls(const Config& config, const std::map<int, std::strin
 }
 
 /// Says which attribute could give the balls their sizes.
-void hintAtSizes(const Config& config, const std::string& file) {
+void hintAtSizes(const Config& config, const FileFrame& of) {
+    const std::string& file = of.file;
     if (!config.surface.radius_attribute.empty() || isSpheresFile(file)) return;
-    const auto attributes = attributesWithoutRows(file, config.input);
+    const auto attributes = attributesWithoutRows(file, inputOf(config, of.frame));
     if (!attributes) return;
     for (const Attribute& a : *attributes)
         if ((a.name == "pscale" || a.name == "radius") && a.components == 1)
@@ -80,7 +83,7 @@ bool isEmpty(const FrameGeometry& subject) { return subject.mesh.triangles.empty
 
 /// The first frame on disk that can be read and is not empty, kept so that it is read only once.
 struct FirstFrame {
-    std::string file;
+    std::optional<int> frame;
     FrameGeometry subject;
     ParticleBalls balls{};  ///< of radius 0 if the files are meshes
 };
@@ -90,20 +93,21 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
     for (const auto& [frame, file] : on_disk) {
         const WorkerEvents::FrameInProgress at_work(events, frame, WorkerEvents::Doing::measuring);
         try {
-            first.subject = readFrameGeometry(file, config, {});
+            first.subject = readFrameGeometry({file, frame, config.input.is_one_file}, config, {});
         } catch (const Error&) {  // reported when this frame is rendered
             continue;
         }
-        first.file = file;
+        first.frame = frame;
         if (!isEmpty(first.subject)) break;
     }
     if (first.subject.mesh.triangles.empty() && !isEmpty(first.subject)) {
+        const FileFrame file{on_disk.at(*first.frame), *first.frame, config.input.is_one_file};
         first.balls = particleBalls(config, on_disk, events);
-        hintAtSizes(config, first.file);
+        hintAtSizes(config, file);
         try {
-            first.subject = readFrameGeometry(first.file, config, first.balls);
+            first.subject = readFrameGeometry(file, config, first.balls);
         } catch (const Error&) {  // reported when this frame is rendered
-            first.file.clear();
+            first.frame.reset();
         }
     }
     return first;
@@ -111,7 +115,7 @@ FirstFrame firstFrame(const Config& config, const std::map<int, std::string>& on
 
 int render(const PreviewJob& job, const PreviewWorker& worker) {
     Config config = job.config;
-    const auto on_disk = measurableOf(job.on_disk, worker.history);
+    const auto on_disk = measurableOf(job.input.files, worker.history);
     config.input.origin = resolvedLocalOrigin(config, on_disk, worker.events);
     FirstFrame first = firstFrame(config, on_disk, worker.events);
     const ParticleBalls balls = first.balls;
@@ -127,8 +131,9 @@ int render(const PreviewJob& job, const PreviewWorker& worker) {
     logInfo("camera " + describe(plan));
     plan.settings.layers = std::any_of(job.tasks[0].outputs.begin(), job.tasks[0].outputs.end(), isExr);
     return writePreviews(job, worker, [&](const PreviewTask& task) {
-        const FrameGeometry subject =
-            task.input == first.file ? std::move(first.subject) : readFrameGeometry(task.input, config, balls);
+        const FrameGeometry subject = task.frame == first.frame
+                                          ? std::move(first.subject)
+                                          : readFrameGeometry(fileFrame(job.input, task.frame), config, balls);
         const Picture picture = renderFrame(subject.mesh, subject.spheres, plan.camera, plan.settings);
         Rendering rendering{{}, toneMapped(picture)};
         for (const std::string& output : task.outputs)
@@ -174,7 +179,7 @@ void addRenderCommand(CLI::App& program, int& exit_code) {
                                "--threads", "--overwrite", "--skip-existing"});
     command->callback([options, &exit_code] {
         for (const std::string& output : options->outputs) isExr(output);  // throws for other extensions
-        const PreviewJob job = planPreviews(*options);
+        const PreviewJob job = planPreviews(*options, FileKind::mesh);
         exit_code = inPreviewWorker(job, [&](const PreviewWorker& worker) { return render(job, worker); });
     });
 }

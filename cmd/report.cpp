@@ -87,7 +87,7 @@ ReportPage pageOf(const ReportArguments& arguments) {
     for (ReportOutput& output : page.outputs) completeFrames(output, expected);
     if (!arguments.coherence.empty())
         for (const CoherenceReport& jump : readCoherence(arguments.coherence)) {
-            const int frame = frameInName(jump.to);
+            const int frame = jump.to_frame.value_or(frameInName(jump.to));
             // The jump belongs to the output with a mesh of that name, to the first if there is none.
             const auto writes = [&](const ReportOutput& output) {
                 return fs::path(output.name).filename() == fs::path(sequenceName(jump.to, frame)).filename();
@@ -119,6 +119,7 @@ int report(const ReportArguments& arguments) {
                     " does not end in .html, the format of the page. Give a FILE.html.");
     requireDistinctFiles(arguments);
     const ReportPage page = pageOf(arguments);
+    makeFoldersOf({arguments.output});
     writeFile(arguments.output, htmlOf(page));
     bool complete = true;
     for (const ReportOutput& output : page.outputs) {

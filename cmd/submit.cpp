@@ -284,6 +284,7 @@ void addSubmitCommand(CLI::App& program, int& exit_code) {
     command->add_option("PIPELINE", arguments->pipeline, "The pipeline file (.yaml).")->required();
     command->add_option("--to", arguments->farm, "The farm engine.")->type_name(farmNames("|"))->required();
     command->add_flag("--print", arguments->print, "Print what would be submitted or written, and do neither.");
+    command->add_flag("--dry-run", arguments->print, "The same as --print.");
     command
         ->add_option("--frames", arguments->frames,
                      "Frames to process, as for `betamesh run`. Their inputs need not exist yet. Without it, those of "

@@ -429,9 +429,7 @@ FileContents readAbc(const std::filesystem::path& path, const ReadOptions& optio
 }
 
 std::vector<double> abcSampleTimes(const std::filesystem::path& path, const ReadOptions& options) {
-    ReadOptions of_points = options;
-    of_points.faces = false;
-    return withArchive(path, [&](AlembicArchive archive) { return sampleTimes(std::move(archive), of_points); });
+    return withArchive(path, [&](AlembicArchive archive) { return sampleTimes(std::move(archive), options); });
 }
 
 }  // namespace betamesh

@@ -8,12 +8,12 @@
 namespace betamesh {
 
 // Curves have no ids: `id` is an ordinary attribute.
-Curves readCurves(const std::filesystem::path& path) {
-    return curvesFrom(readFormat(path, FileKind::curves, {.id = ""}), path.string());
+Curves readCurves(const std::filesystem::path& path, std::optional<double> frame) {
+    return curvesFrom(readFormat(path, FileKind::curves, {.id = "", .frame = frame}), path.string());
 }
 
-Curves readUncheckedCurves(const std::filesystem::path& path) {
-    return uncheckedCurvesFrom(readFormat(path, FileKind::curves, {.id = ""}));
+Curves readUncheckedCurves(const std::filesystem::path& path, std::optional<double> frame) {
+    return uncheckedCurvesFrom(readFormat(path, FileKind::curves, {.id = "", .frame = frame}));
 }
 
 void writeCurves(const std::filesystem::path& path, const Curves& curves, const WriteOptions& options) {

@@ -165,6 +165,9 @@ const FileFormat& formatOf(const fs::path& path, FileKind kind, Access access) {
                     : " Binary USD is not read: convert it to text, as in usdcat a.usdc -o a.usda.";
     else if (extension == ".json")
         guess = " The .json beside a mesh is its manifest, the report on it: give the mesh.";
+    else if (extension.empty() && access == Access::write)
+        fault = ": the name has no extension, which selects the format",
+        guess = " For a folder give the names of the files in it, as in " + (path / "name.####.ply").string() + '.';
     else if (extension.empty())
         fault = ": the name has no extension, which selects the format";
     else if (format != nullptr && formatWith(name, access) == nullptr)
@@ -286,7 +289,7 @@ FileContents readFormat(const fs::path& path, FileKind kind, const ReadOptions& 
     return format.read(path, options);
 }
 
-FileContents readByContents(const fs::path& path, const ReadOptions& options, std::string& note) {
+const FileFormat& formatByContents(const fs::path& path, std::string& note) {
     const std::string name = lowerName(path);
     const FileFormat* named = formatWith(name, Access::read);
     const Signature signature = signatureOf(path, named);
@@ -310,7 +313,11 @@ FileContents readByContents(const fs::path& path, const ReadOptions& options, st
                ? ""
                : "contains " + describe(*found, signature) +
                      ", which other commands do not expect with this extension. " + adviceToRename(*found, signature);
-    return found->read(path, options);
+    return *found;
+}
+
+FileContents readByContents(const fs::path& path, const ReadOptions& options, std::string& note) {
+    return formatByContents(path, note).read(path, options);
 }
 
 }  // namespace betamesh

@@ -89,7 +89,12 @@ bool isVdb(const std::filesystem::path& path);
 /// errors  those of formatOf() and of the reader; contents that have the signature of another format, which is named
 FileContents readFormat(const std::filesystem::path& path, FileKind kind, const ReadOptions& options);
 
-/// Reads a file in the format of its contents, whatever its extension. note: says so if the two differ, else empty.
+/// The format of a file's contents, which can be read. note: says so if it is not that of the extension, else empty.
+///
+/// errors  contents and an extension that are not known, or that cannot be read
+const FileFormat& formatByContents(const std::filesystem::path& path, std::string& note);
+
+/// Reads a file in the format of its contents, whatever its extension. note: as of formatByContents().
 FileContents readByContents(const std::filesystem::path& path, const ReadOptions& options, std::string& note);
 
 }  // namespace betamesh

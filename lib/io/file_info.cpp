@@ -11,12 +11,15 @@
 
 namespace betamesh {
 
-FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles) {
+FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles, std::optional<double> frame) {
     ReadOptions options;
     options.skip_unknown_faces = true;
     options.summary = true;
+    options.frame = frame;
     FileInfo info;
-    FileContents contents = readByContents(path, options, info.note);
+    const FileFormat& format = formatByContents(path, info.note);
+    FileContents contents = format.read(path, options);
+    if (format.sampleTimes != nullptr) info.times = format.sampleTimes(path, options);
     info.kind = contents.kind();
     info.format = contents.format;
     std::error_code error;

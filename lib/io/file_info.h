@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,13 +28,16 @@ struct FileInfo {
     std::vector<std::string> groups;        ///< point groups
     std::vector<GridInfo> grids;            ///< of a .vdb file, or several sets of points of another one
     std::vector<std::string> passed_over;   ///< what else is in the file: "12 primitives of type PackedGeometry"
+    std::vector<double> times{};            ///< in frames, of the time samples, ascending; empty: none are told
     std::string note;                       ///< says so if the extension is that of another format; else empty
 };
 
 /// Reads a whole file in the format of its contents, whatever its extension, and summarises it.
 ///
+/// in      frame: as ParticleInput::frame
 /// out     particles: if not null, gets the positions of a file of particles
 /// errors  as readParticles() and readMesh()
-FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles = nullptr);
+FileInfo inspectFile(const std::filesystem::path& path, std::vector<Vec3f>* particles = nullptr,
+                     std::optional<double> frame = {});
 
 }  // namespace betamesh

@@ -8,12 +8,12 @@
 namespace betamesh {
 
 // Meshes have no ids: `id` is an ordinary attribute.
-Mesh readMesh(const std::filesystem::path& path) {
-    return meshFrom(readFormat(path, FileKind::mesh, {.id = ""}), path.string());
+Mesh readMesh(const std::filesystem::path& path, std::optional<double> frame) {
+    return meshFrom(readFormat(path, FileKind::mesh, {.id = "", .frame = frame}), path.string());
 }
 
-Mesh readUncheckedMesh(const std::filesystem::path& path) {
-    return uncheckedMeshFrom(readFormat(path, FileKind::mesh, {.id = ""}));
+Mesh readUncheckedMesh(const std::filesystem::path& path, std::optional<double> frame) {
+    return uncheckedMeshFrom(readFormat(path, FileKind::mesh, {.id = "", .frame = frame}));
 }
 
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {

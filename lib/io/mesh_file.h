@@ -6,11 +6,12 @@
 #include "io/output_file.h"
 
 #include <filesystem>
+#include <optional>
 
 namespace betamesh {
 
 /// Like readMesh(), for those who judge the mesh: positions and velocities may be not finite.
-Mesh readUncheckedMesh(const std::filesystem::path& path);
+Mesh readUncheckedMesh(const std::filesystem::path& path, std::optional<double> frame = {});
 
 /// Like writeMesh(), but leaves commit() to the caller. commit() waits for the disk and hardly needs the processor.
 OutputFile encodedMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});

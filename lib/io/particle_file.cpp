@@ -205,9 +205,12 @@ std::optional<Vec3> localOriginOf(const std::filesystem::path& path, std::option
     return localOrigin(box, particles);
 }
 
-std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input) {
+std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input, FileKind kind) {
     const FileFormat& format = formatOf(path, FileKind::particles, Access::read);
-    return format.sampleTimes != nullptr ? format.sampleTimes(path, readOptions(input)) : std::vector<double>{};
+    if (format.sampleTimes == nullptr) return {};
+    ReadOptions options = readOptions(input);
+    options.faces = kind != FileKind::particles;
+    return format.sampleTimes(path, options);
 }
 
 void writeParticles(const std::filesystem::path& path, const Particles& particles, const WriteOptions& options) {

@@ -4,6 +4,7 @@
 
 #include "betamesh/error.h"
 #include "betamesh/io.h"
+#include "io/file_contents.h"
 #include "io/particle_input.h"
 
 #include <cstdint>
@@ -56,10 +57,12 @@ bool hasDoublePositions(const std::filesystem::path& path, std::optional<double>
 /// Nothing if it has no particles whose position is finite. frame: as ParticleInput::frame.
 std::optional<Vec3> localOriginOf(const std::filesystem::path& path, std::optional<double> frame = {});
 
-/// The times, in frames, at which a file has other particles than before, ascending. Empty: the file has no times.
+/// The times, in frames, at which a file has other particles than before, ascending; with the kind mesh, another
+/// surface, or other particles if it has no mesh. Empty: the file has no times.
 ///
 /// errors  those of reading the file
-std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input);
+std::vector<double> sampleTimes(const std::filesystem::path& path, const ParticleInput& input,
+                                FileKind kind = FileKind::particles);
 
 /// Throws Error unless particles can be written in the format of this extension. Does not access the disk.
 void requireParticleExtension(const std::filesystem::path& path);

@@ -481,9 +481,7 @@ FileContents parseUsda(Cursor in, const ReadOptions& options) {
 std::vector<double> usdaSampleTimes(Cursor in, const ReadOptions& options) {
     const std::string text = wholeText(in);
     const UsdaStage stage = parseUsdaStage(text, in.file());
-    ReadOptions of_points = options;
-    of_points.faces = false;
-    return Reader(stage, in.file(), of_points).sampleTimes();
+    return Reader(stage, in.file(), options).sampleTimes();
 }
 
 }  // namespace betamesh

@@ -60,6 +60,12 @@ std::vector<std::string> namesFrom(nb::handle value) {
     return nb::cast<std::vector<std::string>>(value);
 }
 
+/// errors  a frame that is not finite
+std::optional<double> timeOf(const std::optional<double>& frame) {
+    if (frame && !std::isfinite(*frame)) throw Error("frame is not finite. Use a number, or None.");
+    return frame;
+}
+
 constexpr const char* kReadParticles =
     R"(Reads a particle file in the format of its extension: .vdb, .bgeo, .ply, .vtk, .csv and others.
 
@@ -67,7 +73,8 @@ The arguments are the keys `input.…` of pipeline files. velocity, id: attribut
 where, box, group, grid: which particles are chosen, as by the condition "type == 1", by the lowest x y z and the highest
 x y z, or by one name or several. scale, velocity_scale, time_scale: units. up_axis: the axis of the file that becomes y.
 origin: subtracted in double precision, in units of the file; "auto": zero, unless single precision would lose positions
-that are stored in double precision.
+that are stored in double precision. frame: of a .usda or .abc with time samples, the latest sample until then; None: the
+frame in the name of the file, or the first.
 
 Raises OSError if the system refuses to read the file, ValueError if it is damaged, has an unknown extension, or has a
 particle that is not finite (on_bad_particle="drop" leaves those out).)";
@@ -75,7 +82,8 @@ particle that is not finite (on_bad_particle="drop" leaves those out).)";
 nb::object readParticlesOf(const fs::path& path, const std::string& velocity, const std::string& id,
                            const std::string& where, const std::optional<std::array<double, 6>>& box, nb::object group,
                            nb::object grid, const std::string& on_bad_particle, double scale, double velocity_scale,
-                           double time_scale, const std::string& up_axis, nb::object origin) {
+                           double time_scale, const std::string& up_axis, nb::object origin,
+                           const std::optional<double>& frame) {
     ParticleInput input;
     input.velocity = velocity;
     input.id = id;
@@ -89,28 +97,29 @@ nb::object readParticlesOf(const fs::path& path, const std::string& velocity, co
     requireFactor("scale", scale);
     requireFactor("time_scale", time_scale);
     if (!std::isfinite(velocity_scale)) throw Error("velocity_scale is not finite. Use a number.");
+    input.frame = timeOf(frame);
     input.scale = scale;
     input.velocity_scale = velocity_scale;
     input.time_scale = time_scale;
     const std::optional<Vec3> given = givenOrigin(origin);
     ParticlesObject object;
     doFileWork([&] {
-        input.origin = given ? *given : localOriginOf(path).value_or(Vec3(0, 0, 0));
+        input.origin = given ? *given : localOriginOf(path, frame).value_or(Vec3(0, 0, 0));
         object.particles = readParticles(path, input);
     });
     object.origin = worldOrigin(input, UpAxis::y);
     return nb::cast(std::move(object));
 }
 
-nb::object readMeshOf(const fs::path& path) {
+nb::object readMeshOf(const fs::path& path, const std::optional<double>& frame) {
     MeshObject object;
-    doFileWork([&] { object.mesh = readMesh(path); });
+    doFileWork([&] { object.mesh = readMesh(path, timeOf(frame)); });
     return nb::cast(std::move(object));
 }
 
-nb::object readCurvesOf(const fs::path& path) {
+nb::object readCurvesOf(const fs::path& path, const std::optional<double>& frame) {
     CurvesObject object;
-    doFileWork([&] { object.curves = readCurves(path); });
+    doFileWork([&] { object.curves = readCurves(path, timeOf(frame)); });
     return nb::cast(std::move(object));
 }
 
@@ -159,21 +168,24 @@ void addFileFunctions(nb::module_& module) {
         nb::arg("where") = "", nb::arg("box").none() = nb::none(), nb::arg("group") = nb::make_tuple(),
         nb::arg("grid") = nb::make_tuple(), nb::arg("on_bad_particle") = "error", nb::arg("scale") = 1.0,
         nb::arg("velocity_scale") = 1.0, nb::arg("time_scale") = 1.0, nb::arg("up_axis") = "y",
-        nb::arg("origin").none() = "auto",
+        nb::arg("origin").none() = "auto", nb::arg("frame").none() = nb::none(),
         nb::sig(
             "def read_particles(path: str | os.PathLike[str], *, velocity: str = '', id: str = '', where: str = '', "
             "box: "
             "collections.abc.Sequence[float] | None = None, group: collections.abc.Sequence[str] = (), grid: "
             "collections.abc.Sequence[str] = (), on_bad_particle: str = 'error', scale: float = 1.0, velocity_scale: "
             "float = 1.0, time_scale: float = 1.0, up_axis: str = 'y', origin: str | collections.abc.Sequence[float] | "
-            "None = 'auto') -> Particles"),
+            "None = 'auto', frame: float | None = None) -> Particles"),
         kReadParticles);
-    module.def("read_mesh", readMeshOf, nb::arg("path"), nb::sig("def read_mesh(path: str | os.PathLike[str]) -> Mesh"),
+    module.def("read_mesh", readMeshOf, nb::arg("path"), nb::kw_only(), nb::arg("frame").none() = nb::none(),
+               nb::sig("def read_mesh(path: str | os.PathLike[str], *, frame: float | None = None) -> Mesh"),
                "Reads a mesh of any program in the format of its extension. Polygons become fans of triangles.\n\n"
+               "frame: as of read_particles(). "
                "Raises OSError if the system refuses to read the file, ValueError if it is damaged or has no mesh.");
-    module.def("read_curves", readCurvesOf, nb::arg("path"),
-               nb::sig("def read_curves(path: str | os.PathLike[str]) -> Curves"),
+    module.def("read_curves", readCurvesOf, nb::arg("path"), nb::kw_only(), nb::arg("frame").none() = nb::none(),
+               nb::sig("def read_curves(path: str | os.PathLike[str], *, frame: float | None = None) -> Curves"),
                "Reads the edges of a .ply, open polygons of Houdini's formats, lines of .obj and of VTK's formats.\n\n"
+               "frame: as of read_particles(). "
                "Raises OSError if the system refuses to read the file, ValueError if it is damaged or has no curves.");
     addWriter(
         module, "write_mesh", "surface", "Mesh | Curves", writeMeshTo,

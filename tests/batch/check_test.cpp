@@ -256,7 +256,11 @@ TEST(Check, StarsInNamesThatNoFileHasAreExplained) {
                                                   {"convert", "a.*.ply", "b.ply"},
                                                   {"render", "a.*.ply", "b.png"},
                                                   {"compare", "a.*.ply", "b.png"},
-                                                  {"mesh", "a.*.ply", "b.ply"}}) {
+                                                  {"mesh", "a.*.ply", "b.ply"},
+                                                  {"mesh", "a.<F4>.ply", "b.ply"},
+                                                  {"mesh", "a.%4d.ply", "b.ply"},
+                                                  {"render", "a.{frame}.ply", "b.png"},
+                                                  {"info", "a.[1-9].ply"}}) {
         const Outcome outcome = runProgram(words, folder.path());
         EXPECT_EQ(outcome.exit_code, 1) << words[0];
         EXPECT_NE(outcome.err.find("o such file"), std::string::npos) << words[0] << outcome.err;

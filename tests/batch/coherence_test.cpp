@@ -210,7 +210,10 @@ TEST(Coherence, PlotsOverTime) {
     // If nothing moves, the plot has axes but no lines.
     EXPECT_EQ(runProgram({"coherence", "m.0001.ply", "m.0001.ply", "--plot", "still.svg"}, folder.path()).exit_code, 0);
     EXPECT_EQ(contentsOf(folder / "still.svg").find("nan"), std::string::npos);
-    EXPECT_EQ(runProgram({"coherence", "m.####.ply", "--plot", "absent/way.svg"}, folder.path()).exit_code, 2);
+    const Outcome absent = runProgram({"coherence", "m.####.ply", "--plot", "absent/way.svg"}, folder.path());
+    EXPECT_EQ(absent.exit_code, 2);
+    EXPECT_EQ(absent.out, "");  // before anything is measured
+    EXPECT_NE(absent.err.find("there is no folder 'absent'"), std::string::npos) << absent.err;
 }
 
 TEST(Coherence, PlotsAgainstAnotherRun) {

@@ -368,6 +368,9 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST_F(Submit, TheOpenCueCommandMeshesTheFramesOfItsToken) {
     const std::string command = submitted("opencue");
+    const std::vector<std::string> dry_run{"submit",    "my job.yaml",  "--to", "opencue",
+                                           "--dry-run", "--chunk-size", "2"};
+    EXPECT_EQ(runProgram(dry_run, folder_.path()).out, command);
     EXPECT_NE(command.find(" #FRAMESPEC#"), std::string::npos) << command;
     EXPECT_EQ(shell(replaced(replaced(command, "\n", ""), "#FRAMESPEC#", "2-3")), 0);
     EXPECT_TRUE(absent(1) && written(2) && written(3) && absent(4));

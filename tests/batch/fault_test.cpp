@@ -498,17 +498,27 @@ private:
 TEST_F(Faults, AFolderWithoutWritePermissionIsReportedFirst) {
     fs::create_directories(folder_ / "out");
     fs::permissions(folder_.path(), static_cast<fs::perms>(0755));
+    ASSERT_EQ(mesh({"-q"}, "meshes/a.####.ply").exit_code, 0);
     fs::permissions(folder_ / "out", static_cast<fs::perms>(0555));
-    const Outcome outcome = [&] {
-        const AnyUser any_user;
-        return mesh();
-    }();
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"mesh", "in/a.####.ply", "out/a.####.ply"},
+                                                  {"convert", "in/a.####.ply", "out/a.####.csv"},
+                                                  {"coherence", "meshes/a.####.ply", "--plot", "out/a.svg"}}) {
+        SCOPED_TRACE(words[0]);
+        const Outcome outcome = [&] {
+            const AnyUser any_user;
+            return runProgram(words, folder_.path());
+        }();
+        if (outcome.exit_code == 127) {
+            fs::permissions(folder_ / "out", fs::perms::owner_all);
+            GTEST_SKIP() << "other users may not run the program here";
+        }
+        EXPECT_EQ(outcome.exit_code, 2);
+        EXPECT_EQ(outcome.out, "");
+        EXPECT_NE(outcome.err.find("'out': no files can be written in this folder"), std::string::npos) << outcome.err;
+        EXPECT_EQ(count(outcome.err, " error: "), 1U) << outcome.err;  // before any frame is read
+        EXPECT_NE(outcome.err.find(std::strerror(EACCES)), std::string::npos) << outcome.err;
+    }
     fs::permissions(folder_ / "out", fs::perms::owner_all);
-    if (outcome.exit_code == 127) GTEST_SKIP() << "other users may not run the program here";
-    EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_NE(outcome.err.find("'out': no files can be written in this folder"), std::string::npos) << outcome.err;
-    EXPECT_EQ(count(outcome.err, " error: "), 1U) << outcome.err;  // before any frame is meshed
-    EXPECT_NE(outcome.err.find(std::strerror(EACCES)), std::string::npos) << outcome.err;
 }
 
 /// A read that never returns, as from a server that is down.

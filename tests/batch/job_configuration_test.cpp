@@ -113,6 +113,23 @@ TEST_F(Job, AnInvalidPipelineFileRunsNothing) {
     EXPECT_FALSE(exists("out"));
 }
 
+TEST_F(Job, APipelineFileMayBeJson) {
+    write(folder_ / "job.yaml",
+          R"({"version": 1, "input": {"path": "in/a.####.ply"}, "output": {"path": "out/a.####.ply"}})");
+    EXPECT_EQ(runProgram({"config", "check", "job.yaml"}, folder_.path()).err, "");
+    write(folder_ / "job.yaml", R"({"version": 1, "input": {"path": "in/a.####.ply")");
+    const Outcome outcome = runProgram({"config", "check", "job.yaml"}, folder_.path());
+    EXPECT_NE(outcome.err.find("this is not valid YAML"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Job, APathThatIsACommentIsExplained) {
+    write(folder_ / "job.yaml", "version: 1\ninput:\n  path: ####.ply\noutput: {path: out/a.####.ply}\n");
+    const Outcome outcome = runProgram({"config", "check", "job.yaml"}, folder_.path());
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("job.yaml:3:3: input.path: the value is nothing."), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("A path that begins with # needs quotes"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Job, ConfigCheckRefusesWhatRunRefusesWithoutReadingTheInput) {
     const std::string paths = "input: {path: in/a.####.ply}\noutput: {path: out/a.####.ply}\n";
     const std::string input = "input: {path: in/a.####.ply}\n";

@@ -74,6 +74,16 @@ TEST_F(Job, ALogFileContainsAllMessagesAndDetails) {
     EXPECT_LT(fs::file_size(folder_ / "logs/job.log"), 100'000U);
 }
 
+TEST_F(Job, FramesOfWhichNoneIsThereAreAnsweredWithThoseThatAre) {
+    writeFrames(1, 2, 1);
+    const Outcome outcome = mesh({"--frames", "5-6", "--radius", "1"});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_EQ(count(outcome.err, "'in/a.####.ply': none of the frames 5-6 is there, only 1-2"), 1U) << outcome.err;
+    const Outcome some = mesh({"--frames", "2-3", "--radius", "1"});
+    EXPECT_EQ(some.err.find("none of the frames"), std::string::npos) << some.err;
+    EXPECT_NE(some.err.find("frame 2: 1 particle, "), std::string::npos) << some.err;
+}
+
 TEST_F(Job, ProgressForMachinesCountsToTheEnd) {
     writeFrames(1, 4);
     for (const bool json : {false, true}) {

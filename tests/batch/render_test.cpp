@@ -361,6 +361,19 @@ TEST_F(Previews, OptionsWithoutEffectAreWarnedOf) {
     EXPECT_NE(absent.err.find("the particles have T."), std::string::npos) << absent.err;
 }
 
+TEST_F(Previews, OfParticlesThatAreNotFiniteAreRefusedWithAdvice) {
+    std::ofstream(folder / "nan.ply") << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                                         "property float y\nproperty float z\nend_header\n0 0 0\nnan 0 0\n";
+    const Outcome outcome = run(small({"render", "nan.ply", "nan.png", "--spacing", "1e-10"}));
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("nan.ply: particle 1: position is (nan, "), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("Use --on-bad-particle drop"), std::string::npos) << outcome.err;
+    const Outcome dropped =
+        run(small({"render", "nan.ply", "nan.png", "--spacing", "1e-10", "--on-bad-particle", "drop"}));
+    EXPECT_EQ(dropped.exit_code, 0) << dropped.err;
+    EXPECT_NE(dropped.err.find("particle spacing 1e-10"), std::string::npos) << dropped.err;
+}
+
 TEST_F(Previews, WrongUsageIsRefusedBeforeAnythingIsWritten) {
     for (const std::vector<std::string>& wrong :
          std::vector<std::vector<std::string>>{{"--contact-sheet", "k.jpg"}, {"--movie", "k.avi"}}) {
@@ -381,7 +394,10 @@ TEST_F(Previews, WrongUsageIsRefusedBeforeAnythingIsWritten) {
     EXPECT_EQ(run({"render", "mesh.####.ply", "a.png"}).exit_code, 2);
     EXPECT_EQ(run({"render", "nothing.####.ply", "a.####.png"}).exit_code, 2);
     EXPECT_EQ(run({"render", "mesh.0001.ply", "a.png", "--camera-position", "1,2"}).exit_code, 2);
-    EXPECT_EQ(run({"render", "mesh.0001.ply", "a.png", "--colour", "Cd"}).exit_code, 1);
+    const Outcome colour = run({"render", "mesh.0001.ply", "a.png", "--colour", "Cd"});
+    EXPECT_EQ(colour.exit_code, 1);
+    EXPECT_NE(colour.err.find("frame 1: mesh.0001.ply: the mesh has no attribute 'Cd'"), std::string::npos)
+        << colour.err;
     EXPECT_FALSE(fs::exists(folder / "a.png"));
     ASSERT_EQ(run(small({"render", "mesh.0001.ply", "a.png"})).exit_code, 0);
     const std::string before = bytes("a.png");

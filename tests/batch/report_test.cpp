@@ -33,7 +33,7 @@ protected:
     }
     Outcome page(std::vector<std::string> further = {}) {
         further.insert(further.begin(),
-                       {"report", "out/a.####.ply.json", "-o", "page.html", "--title", "A <job> & \"more\"",
+                       {"report", "out/a.####.ply.json", "-o", "web/page.html", "--title", "A <job> & \"more\"",
                         "--coherence", "jumps.jsonl", "--previews", "preview/a.####.png"});
         return runProgram(further, folder_.path());
     }
@@ -45,7 +45,7 @@ TEST_F(Report, ListsEveryFrameAndMissingOnes) {
     const Outcome outcome = page({"--frames", "1-5"});
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_NE(outcome.err.find("no manifests of frames 4"), std::string::npos) << outcome.err;
-    const std::string html = contentsOf(folder_ / "page.html");
+    const std::string html = contentsOf(folder_ / "web/page.html");
     EXPECT_EQ(count(html, "<tr class=\"ok\">"), 3U);
     EXPECT_EQ(count(html, "<tr class=\"empty\">"), 1U);
     EXPECT_EQ(count(html, "<tr class=\"missing\"><td>4</td>"), 1U);
@@ -128,7 +128,7 @@ std::vector<std::string> labelsOf(const std::string& html, const std::string& ti
 
 TEST_F(Report, AxesHaveDistinctLabelsAndCountsWholeOnes) {
     page({"--frames", "1-5"});
-    const std::string html = contentsOf(folder_ / "page.html");
+    const std::string html = contentsOf(folder_ / "web/page.html");
     for (const char* title : {"Particles and triangles", "Volume", "Components", "Peak memory of the process",
                               "Retries and warnings", "Time by stage, from a millisecond"}) {
         const std::vector<std::string> labels = labelsOf(html, title);
@@ -144,7 +144,7 @@ TEST_F(Report, AxesHaveDistinctLabelsAndCountsWholeOnes) {
 
 TEST_F(Report, APreviewOpensLargeByItsLink) {
     page();
-    const std::string html = contentsOf(folder_ / "page.html");
+    const std::string html = contentsOf(folder_ / "web/page.html");
     EXPECT_EQ(count(html, "<figure id=\"previews-1-frame-2\"><a href=\"#previews-1-frame-2\"><img "), 1U);
     EXPECT_EQ(count(html, "<a href=\"#previews-1\">close</a>"), 1U);
     EXPECT_EQ(count(html, "figure:target{position:fixed"), 1U);
@@ -166,7 +166,7 @@ TEST_F(Report, ABrowserShowsThePage) {
     const std::string browser = std::string(kBrowser) +
                                 " --no-sandbox --disable-gpu --user-data-dir=" + folder_ / "user" +
                                 " --host-resolver-rules='MAP * ~NOTFOUND' ";
-    const std::string url = "file://" + folder_ / "page.html";
+    const std::string url = "file://" + folder_ / "web/page.html";
     // The document as the browser parses it.
     ASSERT_EQ(std::system((browser + "--dump-dom " + url + " > " + folder_ / "dom 2> " + folder_ / "said").c_str()), 0)
         << contentsOf(folder_ / "said");

@@ -39,15 +39,20 @@ const std::vector<WrongUsage> kWrongUsages{
     {{"mesh", "a.ply", "b.ply", "--set", "surface.radus=1"}, {"'surface.radus'", "'surface.radius'"}},
     {{"mesh", "a.ply", "b.plu"}, {"b.plu: '.plu' is not a format for meshes.", ".bgeo", "Did you mean '.ply'?"}},
     {{"mesh", "a.ply", "b"}, {"b: the name has no extension", ".bgeo"}},
+    {{"mesh", "a.ply", "b/"}, {"b/: the name has no extension", "as in b/name.####.ply."}},
+    {{"convert", "a.ply", "b"}, {"b: the name has no extension", "as in b/name.####.ply."}},
     {{"mesh", "a.ply", "b.svg"}, {"b.svg", "surface.dimension 3", "--dimension 2"}},
     {{"mesh", "a.ply", "b.vdb", "--dimension", "2"}, {"b.vdb: '.vdb' is not a format for curves."}},
     {{"mesh", "a.ply", "b.ply", "--format", "ply"}, {"--format is for OUT '-'"}},
     {{"mesh", "a.ply", "-", "--format", "plly"}, {"--format: 'plly' is not valid.", "Did you mean 'ply'?"}},
     {{"run"}, {"betamesh run needs PIPELINE."}},
+    {{"run", "a.ply"}, {"a.ply: this is a file of particles or meshes (.ply), not a pipeline file (.yaml)."}},
     {{"run", "absent.yaml"}, {"absent.yaml: No such file or directory. Give the path of a pipeline file (.yaml)."}},
     {{"sample", "jiter", "s.ply"}, {"'jiter'", "dambreak", "Did you mean 'jitter'?"}},
     {{"sample", "jitter", "a.ply", "--particles", "abc"},
      {"--particles: 'abc' is not valid. Use a whole number of at"}},
+    {{"sample", "jitter", "b.ply", "--particles", "1000000000000"},
+     {"--particles 1000000000000 need about ", " GiB, but there are ", "Use at most "}},
     {{"sample", "jitter", "a.ply", "--particles", "-3"}, {"--particles: '-3' is not valid."}},
     {{"sample", "jitter", "a.ply", "--seed", "1.5"}, {"--seed: '1.5' is not valid. Use a whole number of at least 0."}},
     {{"info"}, {"betamesh info needs FILE."}},
@@ -92,6 +97,14 @@ TEST(Usage, EveryWrongCommandLineIsAnsweredInOneLineThatHelps) {
             EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
     }
     EXPECT_FALSE(fs::exists(folder / "a.html") || fs::exists(folder / "b.ply"));
+}
+
+TEST(Usage, HelpIsAWordAsWellAsAnOption) {
+    const TemporaryFolder folder;
+    const auto run = [&](const std::vector<std::string>& words) { return runProgram(words, folder.path()); };
+    EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+    EXPECT_EQ(run({"help", "mesh"}).exit_code, 0);
+    EXPECT_EQ(run({"help", "mesh"}).out, run({"mesh", "--help"}).out);
 }
 
 TEST(Usage, TheVersionHasAShortOption) {

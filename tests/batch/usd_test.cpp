@@ -122,6 +122,111 @@ TEST_F(UsdJob, EveryFrameOfAFileWithTimeSamplesIsMeshed) {
     EXPECT_NE(runProgram({"convert", "anim_v003.usda", "g.####.csv", "--frames", "4"}, folder_.path()).exit_code, 0);
 }
 
+/// A tetrahedron that moves by 1 per frame and is inside out in frame 2, and particles in its corner.
+void writeMeshSamples(const fs::path& folder) {
+    const auto sampled = [&](const std::string& name, const std::string& prim, const std::string& of_2,
+                             const std::string& of_others) {
+        std::string samples;
+        for (const int frame : {1, 2, 4}) {
+            std::string points = frame == 2 ? of_2 : of_others;
+            for (std::size_t at = 0; (at = points.find('x', at)) != std::string::npos;)
+                points.replace(at, 1, std::to_string(frame));
+            samples += std::to_string(frame) + ": [" + points + "],\n";
+        }
+        write(folder / name, "#usda 1.0\ndef " + prim + "\npoint3f[] points.timeSamples = {\n" + samples + "}\n}\n");
+    };
+    sampled("m.usda",
+            "Mesh \"m\" {\nint[] faceVertexCounts = [3, 3, 3, 3]\n"
+            "int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]",
+            "(x, 0, 0), (x, 1, 0), (x.5, 0, 0), (x, 0, 1)", "(x, 0, 0), (x.5, 0, 0), (x, 1, 0), (x, 0, 1)");
+    sampled("p.usda", "Points \"p\" {", "(x.1, 0.1, 0.1), (x.2, 0.1, 0.1)", "(x.1, 0.1, 0.1), (x.2, 0.1, 0.1)");
+}
+
+class UsdTimeSamples : public UsdJob {
+protected:
+    void SetUp() override { writeMeshSamples(folder_.path()); }
+    Outcome run(const std::vector<std::string>& words, int exit_code = 0) {
+        Outcome outcome = runProgram(words, folder_.path());
+        EXPECT_EQ(outcome.exit_code, exit_code) << words[0] << ": " << outcome.err;
+        return outcome;
+    }
+    static bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+};
+
+TEST_F(UsdTimeSamples, InfoTellsHowManyThereAre) {
+    const std::string one = run({"info", "m.usda"}).out;
+    EXPECT_TRUE(has(one, "samples     3 at frames 1-2,4, of which frame 1 is shown")) << one;
+    EXPECT_TRUE(has(one, "bounds      1 0 0  to  1.5 1 1")) << one;
+    const Json json = Json::parse(run({"info", "p.usda", "--frames", "4", "--json"}).out);
+    EXPECT_EQ(json.at("frame"), 4);
+    EXPECT_EQ(json.at("times"), Json({1, 2, 4}));
+    EXPECT_FLOAT_EQ(json.at("lower")[0].get<float>(), 4.1F);
+    EXPECT_FALSE(Json::parse(run({"info", "m.usda", "--json"}).out).at("not_read").size() > 0);
+    const std::string missing = run({"info", "m.usda", "--frames", "2-3"}, 2).err;
+    EXPECT_TRUE(has(missing, "there is no frame 3 (--frames): the files have 1-2,4")) << missing;
+}
+
+TEST_F(UsdTimeSamples, CheckReadsAllOfThem) {
+    const std::string all = run({"check", "m.usda", "--particles", "p.usda"}, 1).out;
+    for (const char* line : {"m.usda, frame 1: good", "m.usda, frame 2: ", "m.usda, frame 4: good"})
+        EXPECT_TRUE(has(all, line)) << all;
+    EXPECT_TRUE(has(all, "inside out")) << all;
+    const Json last = Json::parse(run({"check", "m.usda", "--json", "--frames", "4", "--particles", "p.usda"}).out);
+    EXPECT_EQ(last.at("frame"), 4);
+    EXPECT_EQ(last.at("particles").at("outside"), 0);
+    // Meshes in files with particles in samples: those of the same frame.
+    run({"convert", "m.usda", "m.####.ply"});
+    EXPECT_EQ(run({"check", "m.####.ply", "--frames", "1,4", "--particles", "p.usda"}).err, "");
+    write(folder_ / "m.0003.ply", contentsOf(folder_ / "m.0001.ply"));
+    const std::string missing = run({"check", "m.0003.ply", "--particles", "p.usda"}, 1).err;
+    EXPECT_TRUE(has(missing, "p.usda: has no time sample at frame 3. There are 1-2,4")) << missing;
+    // The frame in the name is the one that is meant.
+    write(folder_ / "m.0004.usda", contentsOf(folder_ / "m.usda"));
+    const Outcome named = run({"check", "m.0004.usda"});
+    EXPECT_TRUE(has(named.out, "m.0004.usda, frame 4: good")) << named.out;
+    EXPECT_TRUE(has(named.err, "only frame 4 of 1-2,4 is read. Choose others with --frames\n")) << named.err;
+    // Errors name the frame.
+    std::string damaged = contentsOf(folder_ / "m.usda");
+    damaged.replace(damaged.find("(4, 0, 0), "), 11, "");
+    write(folder_ / "d.usda", damaged);
+    const std::string error = run({"check", "d.usda", "--frames", "1,4"}, 1).err;
+    EXPECT_TRUE(has(error, "frame 4: d.usda: ")) << error;
+}
+
+TEST_F(UsdTimeSamples, CoherenceMeasuresFromOneToTheNext) {
+    std::istringstream lines(run({"coherence", "m.usda", "--particles", "p.usda", "--json"}).out);
+    std::vector<Json> pairs;
+    for (std::string line; std::getline(lines, line);) pairs.push_back(Json::parse(line));
+    ASSERT_EQ(pairs.size(), 2U);
+    EXPECT_EQ(pairs[1].at("to"), "m.usda");
+    EXPECT_EQ(pairs[1].at("from_frame"), 2);
+    EXPECT_EQ(pairs[1].at("to_frame"), 4);
+    EXPECT_NEAR(pairs[1].at("particles").at("max").get<double>(), 2, 1e-5);
+    EXPECT_TRUE(has(run({"coherence", "m.usda", "--frames", "1-2"}).out, "m.usda, frame 2")) << "table";
+    run({"coherence", "m.usda", "--frames", "1"}, 2);
+}
+
+TEST_F(UsdTimeSamples, PicturesShowTheirFrames) {
+    const std::vector<std::string> small{"--width", "40", "--height", "30", "--samples", "1"};
+    const auto picture = [&](std::vector<std::string> words, int exit_code = 0) {
+        words.insert(words.end(), small.begin(), small.end());
+        return run(words, exit_code).err;
+    };
+    picture({"render", "m.usda", "r.####.png"});
+    EXPECT_TRUE(exists("r.0001.png") && exists("r.0002.png") && exists("r.0004.png") && !exists("r.0003.png"));
+    EXPECT_NE(contentsOf(folder_ / "r.0001.png"), contentsOf(folder_ / "r.0004.png"));
+    picture({"render", "p.usda", "p.####.png", "--frames", "1,4", "--spacing", "0.1"});
+    EXPECT_NE(contentsOf(folder_ / "p.0001.png"), contentsOf(folder_ / "p.0004.png"));
+    const std::string one = picture({"render", "m.usda", "one.png"});
+    EXPECT_TRUE(has(one, "'m.usda': only frame 1 of 1-2,4 is read")) << one;
+    const std::string missing = picture({"render", "m.usda", "s.####.png", "--frames", "3-4"}, 1);
+    EXPECT_TRUE(has(missing, "frame 3: m.usda: has no time sample at frame 3. There are 1-2,4")) << missing;
+    EXPECT_TRUE(exists("s.0004.png") && !exists("s.0003.png"));
+    picture({"compare", "p.usda", "c.####.png", "--frames", "4", "--spacing", "0.1"});
+    EXPECT_TRUE(exists("c.0004.png"));
+    picture({"compare", "p.usda", "c.####.png", "--frames", "3", "--spacing", "0.1"}, 1);
+}
+
 TEST_F(UsdJob, TheSpacingIsMeasuredInTheFramesOfTheFile) {
     writeSamples(folder_.path(), "anim.usda", {1, 2, 3});
     const auto spacingOf = [&](const std::string& input, const std::string& output) {

@@ -231,6 +231,33 @@ TEST(AlembicFile, TheSampleOfAFrameIsTheLatestUntilThen) {
     EXPECT_EQ(readParticles(folder / "c.abc").position.at(0).x, 1);
 }
 
+TEST(AlembicFile, AMeshIsReadAtAFrame) {
+    const TemporaryFolder folder;
+    TestArchive archive;
+    const int mesh = archive.addMetadata("schema=AbcGeom_PolyMesh_v1");
+    TestArchive::Properties animated;
+    const std::string moved = packed<float>({5, 0, 0, 6, 0, 0, 5, 1, 0, 5, 0, 1});
+    archive.property(animated, "P", flagsOf(kArray, AlembicType::float32, 3) | kHasTimeSampling,
+                     {kTetrahedron, kTetrahedron, moved});
+    archive.property(animated, ".faceIndices", flagsOf(kArray, AlembicType::int32, 1),
+                     {packed<std::int32_t>({0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2})});
+    archive.property(animated, ".faceCounts", flagsOf(kArray, AlembicType::int32, 1),
+                     {packed<std::int32_t>({3, 3, 3, 3})});
+    const OgawaChild shape = archive.object(".geom", animated);
+    const std::string sampling = packed<std::uint32_t>({9}) + numbers({1.0 / 24}) + packed<std::uint32_t>({1});
+    const Bytes bytes = archive.bytes(archive.object("", {}, {{"drop", {mesh, shape}}}),
+                                      packed<std::uint32_t>({9}) + numbers({1}) + packed<std::uint32_t>({1}) +
+                                          numbers({0}) + sampling + numbers({10.0 / 24}));
+    const std::filesystem::path file = folder / "a.abc";
+    writeFile(file, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    EXPECT_EQ(sampleTimes(file, {}, FileKind::mesh), (std::vector<double>{10, 11, 12}));
+    EXPECT_EQ(readMesh(file).position.at(0).x, 0);
+    EXPECT_EQ(readMesh(file, 11).position.at(0).x, 0);
+    EXPECT_EQ(readMesh(file, 12).position.at(0).x, 5);
+    EXPECT_EQ(readMesh(file, 12).triangles, readMesh(file).triangles);
+    EXPECT_EQ(inspectFile(file).times, (std::vector<double>{10, 11, 12}));
+}
+
 TEST(AlembicFile, SeveralObjectsAreNeverJoinedInSilence) {
     TestArchive archive;
     const int mesh = archive.addMetadata("schema=AbcGeom_PolyMesh_v1"),

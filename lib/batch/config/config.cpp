@@ -6,10 +6,13 @@
 #include "batch/job/frames.h"
 #include "betamesh/error.h"
 #include "io/bytes.h"
+#include "io/extension.h"
+#include "io/format_table.h"
 
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -80,8 +83,10 @@ KeyValue keyValueOf(const YAML::Node& name, const std::string& path, const YAML:
                             key->kind == ConfigKey::Kind::choice;
     const bool quoted_number = value.IsScalar() && value.Tag() == "!" && !takes_text;
     if (!value.IsScalar() || quoted_number) {
+        const bool may_be_comment = value.IsNull() && path.ends_with("path");
         throw Error(located(file, value.IsNull() ? name.Mark() : value.Mark()) + ": " + path + ": the value is " +
-                    typeName(value) + ". Use " + key->accepts + '.');
+                    typeName(value) + ". Use " + key->accepts + '.' +
+                    (may_be_comment ? " A path that begins with # needs quotes, because # begins a comment." : ""));
     }
     return {path, value.Scalar(), located(file, value.Mark())};
 }
@@ -209,6 +214,18 @@ fs::path includedFile(const YAML::Node& include, const fs::path& file) {
                 beside.lexically_normal().string() + " and " + fs::absolute(name).lexically_normal().string() + '.');
 }
 
+/// errors  particles or a mesh where a pipeline file is expected. Braces may be those of a pipeline file in JSON
+void requireNoGeometry(const fs::path& file) {
+    std::string begin(kSignatureBytes, '\0');
+    std::ifstream in(file, std::ios::binary);
+    in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    begin.resize(static_cast<std::size_t>(in.gcount()));
+    const std::string extension = extensionOfContents(begin);
+    if (!extension.empty() && !begin.starts_with('{'))
+        throw Error(file.string() + ": this is a file of particles or meshes (" + extension +
+                    "), not a pipeline file (.yaml). `betamesh mesh IN OUT` needs no pipeline file.");
+}
+
 template <typename Load>
 YAML::Node readYaml(const fs::path& file, const Load& load) {
     try {
@@ -219,6 +236,7 @@ YAML::Node readYaml(const fs::path& file, const Load& load) {
         }
         const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
         if (!root.IsMap()) {
+            requireNoGeometry(file);
             throw Error(file.string() + ":1:1: the file contains " + typeName(root) +
                         ". A pipeline file begins with 'version: 1'.");
         }
@@ -226,6 +244,7 @@ YAML::Node readYaml(const fs::path& file, const Load& load) {
     } catch (const YAML::BadFile&) {
         throw Error(file.string() + ": cannot be read. Give the path of a pipeline file (.yaml).");
     } catch (const YAML::Exception& error) {
+        requireNoGeometry(file);
         throw Error(located(file, error.mark) + ": this is not valid YAML: " + error.msg);
     }
 }

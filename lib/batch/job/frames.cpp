@@ -374,7 +374,7 @@ std::string firstNames(const std::vector<std::string>& names) {
 
 std::string adviceOnStars(const std::string& file) {
     std::error_code ignored;
-    if (file.find_first_of("*?") == std::string::npos || fs::exists(file, ignored)) return "";
+    if (file.find_first_of("*?<>{}[]%") == std::string::npos || fs::exists(file, ignored)) return "";
     return " The frame numbers of a sequence are written with #, as in name.####.ply";
 }
 

@@ -76,8 +76,8 @@ OtherNumbers otherNumbersOnDisk(const FramePattern& pattern);
 /// The first names of a list for a message: "a, b and 7 more".
 std::string firstNames(const std::vector<std::string>& names);
 
-/// " The frame numbers of a sequence are written with #, …" if there is no such file and its name has a * or ?, else
-/// empty.
+/// " The frame numbers of a sequence are written with #, …" if there is no such file and its name has a * or ?, or
+/// looks like a frame number of another program (<F4>, {frame}, %4d, [1-9]), else empty.
 std::string adviceOnStars(const std::string& file);
 
 /// The files that names stand for, in their order: a name with a placeholder for every frame on disk, unless there is a

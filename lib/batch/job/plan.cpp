@@ -231,6 +231,9 @@ Plan withTasks(const Config& config, const InputFrames& input, const std::vector
     plan.config.input.is_one_file = input.is_one_file;
     patterns.requirePlaceholders(frames.size());
     if (config.frames == "all") noteLeftOut(input, frames, plan.warnings);
+    if (!input.files.empty() && std::ranges::none_of(frames, [&](int frame) { return input.isThere(frame); }))
+        plan.warnings.push_back("'" + input.pattern.text + "': none of the frames " + printFrames(frames) +
+                                " is there, only " + printFrames(numbersOf(input)));
     for (const int frame : chunkOf(frames, options.chunk)) {
         if (options.history.ended.contains(frame)) continue;
         plan.tasks.push_back(patterns.task(frame, fileOfFrame(input.pattern, input.files, frame)));

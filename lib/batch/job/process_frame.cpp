@@ -6,6 +6,7 @@
 #include "batch/job/empty_frames.h"
 #include "batch/job/frame_input.h"
 #include "batch/job/frames.h"
+#include "batch/job/input_frames.h"
 #include "batch/job/plane.h"
 #include "batch/job/render_frames.h"
 #include "batch/job/resume.h"
@@ -297,7 +298,9 @@ void drawOutput(SharedFrame& frame, const FrameTask& task, const Plan& plan, Fra
         result.triangles = manifest->triangles;
         result.spheres = manifest->spheres;
     } else {
-        retrying(plan.config.run.retries, [&] { geometry = readFrameGeometry(task.output, plan.config, {}); });
+        retrying(plan.config.run.retries, [&] {
+            geometry = readFrameGeometry({task.output, task.frame}, plan.config, {});
+        });
         result.vertices = geometry.mesh.position.size();
         result.triangles = geometry.mesh.triangles.size();
         result.spheres = geometry.spheres.size();
@@ -348,13 +351,11 @@ FrameResult resultOfOutput(SharedFrame& frame, const FrameTask& task, const Plan
     const std::string prefix = is_one_of_several ? task.output + ": " : "";
     switch (task.action) {
         case FrameAction::fail_missing:
-            fail(
-                result,
-                task.input +
-                    (plan.config.input.is_one_file ? ": has no time sample at frame " + std::to_string(task.frame) + '.'
-                                                   : ": no such file.") +
-                    (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
-                                           : adviceOnStars(task.input)));
+            fail(result,
+                 (plan.config.input.is_one_file ? noTimeSample(task.input, task.frame) + '.'
+                                                : task.input + ": no such file.") +
+                     (plan.tasks.size() > 1 ? " Use --on-missing skip or empty (run.on_missing) to continue without it"
+                                            : adviceOnStars(task.input)));
             break;
         case FrameAction::refuse_existing:
             fail(result, task.output + " already exists");

@@ -6,6 +6,7 @@
 #include "batch/job/frame_task.h"
 #include "betamesh/error.h"
 #include "io/extension.h"
+#include "io/file_info.h"
 #include "io/mesh_file.h"
 #include "io/particle_file.h"
 #include "render/exr_file.h"
@@ -51,6 +52,14 @@ Particles verticesOf(Mesh mesh) {
     return particles;
 }
 
+bool containsParticles(const FileFrame& of) {
+    try {
+        return inspectFile(of.file, nullptr, of.sample()).kind == FileKind::particles;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 Vec3 upOf(const Config::Preview& preview) { return preview.up == UpAxis::z ? Vec3(0, 0, 1) : Vec3(0, 1, 0); }
 
 Vec3 vectorOf(const std::array<double, 3>& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
@@ -76,16 +85,21 @@ Spheres ballsAround(const Particles& particles, const ParticleBalls& balls) {
     return spheres;
 }
 
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, ParticleBalls balls) {
+FrameGeometry readFrameGeometry(const FileFrame& of, const Config& config, ParticleBalls balls) {
     balls.colour = config.preview.colouring.attribute;
-    const bool as_in_file = static_cast<const ParticleInput&>(config.input) == ParticleInput{};
+    const std::string& file = of.file;
+    ParticleInput input = config.input;
+    const bool as_in_file = input == ParticleInput{};
+    input.frame = of.sample();
     const bool may_be_mesh = canHold(file, FileKind::mesh, Access::read);
     FrameGeometry subject;
+    bool is_read = false;
     if (may_be_mesh) {
         try {
-            subject.mesh = readMesh(file);
-        } catch (const Error&) {  // perhaps because of particles that are not chosen
-            if (as_in_file) throw;
+            subject.mesh = readMesh(file, input.frame);
+            is_read = true;
+        } catch (const Error&) {  // perhaps because of particles that are not chosen, or not finite
+            if (as_in_file && !containsParticles(of)) throw;
         }
         if (!subject.mesh.triangles.empty()) {
             const std::string beside = spheresPath(file);
@@ -94,12 +108,12 @@ FrameGeometry readFrameGeometry(const std::string& file, const Config& config, P
         }
     }
     const Particles particles =
-        may_be_mesh && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, config.input);
+        is_read && as_in_file ? verticesOf(std::exchange(subject.mesh, {})) : readParticles(file, input);
     subject.mesh = {};
     try {
         subject.spheres = isSpheresFile(file) ? spheresOf(particles, balls) : ballsAround(particles, balls);
     } catch (const ParticleError& error) {
-        throw Error(file + ": " + withRowInFile(error, file, config.input));
+        throw Error(file + ": " + withRowInFile(error, file, input));
     } catch (const Error& error) {
         throw Error(file + ": " + error.what());
     }
@@ -137,9 +151,7 @@ Extent sequenceExtent(const std::map<int, std::string>& files, const Config& con
     parallelFor(rows.size(), several_at_once ? 1 : rows.size(), [&](std::size_t i) {
         const WorkerEvents::FrameInProgress in_progress(events, rows[i].first, WorkerEvents::Doing::measuring);
         try {
-            Config of_frame = config;
-            static_cast<ParticleInput&>(of_frame.input) = inputOf(config, rows[i].first);
-            extents[i].add(readFrameGeometry(rows[i].second, of_frame, balls));
+            extents[i].add(readFrameGeometry({rows[i].second, rows[i].first, config.input.is_one_file}, config, balls));
         } catch (const Error&) {  // reported when this frame is meshed
         }
     });

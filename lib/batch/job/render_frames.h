@@ -3,6 +3,7 @@
 #pragma once
 
 #include "batch/config/config.h"
+#include "batch/job/input_frames.h"
 #include "batch/platform/worker.h"
 #include "render/render_frame.h"
 
@@ -30,7 +31,7 @@ struct ParticleBalls {
 /// coloured by.
 ///
 /// errors  those of readMesh(), readParticles() and ballsAround(), with the name of the file
-FrameGeometry readFrameGeometry(const std::string& file, const Config& config, ParticleBalls balls);
+FrameGeometry readFrameGeometry(const FileFrame& of, const Config& config, ParticleBalls balls);
 
 /// Whether a file is named like those of spheres beside meshes, as in splash.0012.spheres.ply. Its points are shown
 /// with their own radii.

@@ -49,8 +49,8 @@ std::string frameLine(const FrameResult& result) {
     }
     const std::string surface =
         result.plane ? std::to_string(result.plane->edges) + " edges" : std::to_string(result.triangles) + " triangles";
-    return name + std::to_string(result.particles()) + " particles, " + surface + ", " +
-           secondsText(result.seconds.total) + " -> " + result.output;
+    return name + std::to_string(result.particles()) + (result.particles() == 1 ? " particle, " : " particles, ") +
+           surface + ", " + secondsText(result.seconds.total) + " -> " + result.output;
 }
 
 /// Timings and memory of a frame.

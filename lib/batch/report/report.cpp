@@ -381,6 +381,7 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
             CoherenceReport report;
             json.at("from").get_to(report.from);
             json.at("to").get_to(report.to);
+            if (json.contains("to_frame")) report.to_frame = json["to_frame"].get<int>();
             report.distance.max = json.contains("max") && json["max"].is_number()
                                       ? json["max"].get<double>()
                                       : std::numeric_limits<double>::infinity();
@@ -393,9 +394,12 @@ std::vector<CoherenceReport> readCoherence(const std::filesystem::path& file) {
     return reports;
 }
 
-std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing) {
+std::string infoJson(const std::string& file, std::optional<int> frame, const FileInfo& info,
+                     std::optional<double> spacing) {
     Json json;
     addPath(json, "file", file);
+    if (frame) json["frame"] = *frame;
+    if (info.times.size() > 1) json["times"] = info.times;
     json["kind"] = !info.volumes.empty()              ? "volumes"
                    : info.kind == FileKind::particles ? "particles"
                    : info.kind == FileKind::mesh      ? "mesh"
@@ -434,6 +438,7 @@ std::string infoJson(const std::string& file, const FileInfo& info, std::optiona
 std::string checkJson(const CheckReport& report) {
     Json json;
     addPath(json, "file", report.file);
+    if (report.frame) json["frame"] = *report.frame;
     json["good"] = report.error.empty() && report.faults.empty();
     if (!report.error.empty()) {
         json["error"] = report.error;
@@ -464,6 +469,8 @@ std::string coherenceJson(const CoherenceReport& report) {
     Json json;
     addPath(json, "from", report.from);
     addPath(json, "to", report.to);
+    if (report.from_frame) json["from_frame"] = *report.from_frame;
+    if (report.to_frame) json["to_frame"] = *report.to_frame;
     if (!report.error.empty()) {
         json["error"] = report.error;
         return oneLine(json);

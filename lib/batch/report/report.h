@@ -96,8 +96,10 @@ std::string taskJson(const FrameTask& task);
 /// errors  not a regular file
 std::optional<FrameResult> readManifest(const std::filesystem::path& file);
 
-/// The JSON of `betamesh info`. spacing: particle spacing in world units.
-std::string infoJson(const std::string& file, const FileInfo& info, std::optional<double> spacing);
+/// The JSON of `betamesh info`. frame: of the time sample that it is about, if the file has several; spacing: particle
+/// spacing in world units.
+std::string infoJson(const std::string& file, std::optional<int> frame, const FileInfo& info,
+                     std::optional<double> spacing);
 
 /// Whether the particles are inside a mesh. Lengths in world units.
 struct ParticleCheck {
@@ -114,7 +116,8 @@ struct ParticleCheck {
 /// The result of `betamesh check` for one file.
 struct CheckReport {
     std::string file;
-    std::string error;  ///< why a file could not be read; then nothing else is set
+    std::optional<int> frame;  ///< of the time sample, if the file has several
+    std::string error;         ///< why a file could not be read; then nothing else is set
     MeshCheck check;
     std::optional<CurveCheck> curves;  ///< replaces `check` if the file contains curves
     std::optional<ParticleCheck> particles;
@@ -125,8 +128,9 @@ std::string checkJson(const CheckReport& report);
 
 /// Distance between the surfaces at two moments. Lengths in world units.
 struct CoherenceReport {
-    std::string from, to;  ///< mesh files, or times after a frame of a pipeline
-    std::string error;     ///< why a file could not be read; then nothing below is set
+    std::string from, to;                     ///< mesh files, or times after a frame of a pipeline
+    std::optional<int> from_frame, to_frame;  ///< of the time samples, if the files have several
+    std::string error;                        ///< why a file could not be read; then nothing below is set
     SurfaceDistance distance;
     std::optional<ParticleMotion> particles;  ///< if it was measured
     std::vector<JumpSite> places;             ///< where the surface moved farther than the particles

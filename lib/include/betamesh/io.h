@@ -103,9 +103,10 @@ void writeParticles(const std::filesystem::path& path, const Particles& particle
 /// Reads a file in the format of its extension; the manual lists them. Polygons with more than three corners are
 /// split into fans of triangles.
 ///
+/// in      frame: as ParticleInput::frame
 /// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
 ///         mesh. Messages begin with the file's name
-Mesh readMesh(const std::filesystem::path& path);
+Mesh readMesh(const std::filesystem::path& path, std::optional<double> frame = {});
 
 /// Writes the format of the extension. The file appears under its name only when it is complete. Positions are rounded
 /// to float. Velocity is always written (zeros if the mesh has none), so that all frames of a sequence have the same
@@ -124,9 +125,10 @@ void writeMesh(const std::filesystem::path& path, const Mesh& mesh, const WriteO
 void writeSpheres(const std::filesystem::path& path, const Spheres& spheres, const WriteOptions& options = {});
 /// Reads the edges of a .ply, open polygons of Houdini's formats, lines of an .obj or of VTK's files.
 ///
+/// in      frame: as ParticleInput::frame
 /// errors  an unknown extension (the message lists the known ones); a file that is missing, damaged or contains no
 ///         curves. Messages begin with the file's name
-Curves readCurves(const std::filesystem::path& path);
+Curves readCurves(const std::filesystem::path& path, std::optional<double> frame = {});
 
 /// Writes the format of the extension, but not .svg. The file appears under its name only when it is complete.
 /// Positions are rounded to float. Velocity is always written (zeros if the curves have none), except to .obj.

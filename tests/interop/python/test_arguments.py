@@ -301,6 +301,19 @@ def test_files_raise_what_python_expects(tmp_path, block):
     assert same(betamesh.read_mesh(tmp_path / "m.ply"), betamesh.Mesh(mesh.vertices, mesh.triangles, mesh.vertices * 0))
 
 
+def test_time_samples_are_read_by_frame(tmp_path):
+    face = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n"
+    points = ", ".join(f"{x}: [({x}, 0, 0), ({x}, 1, 0), ({x}, 0, 1)]" for x in (1, 3))
+    samples = "point3f[] points.timeSamples = { " + points + " }\n"
+    (tmp_path / "p.usda").write_text('#usda 1.0\ndef Points "p" {\n' + samples + "}\n")
+    (tmp_path / "m.usda").write_text('#usda 1.0\ndef Mesh "m" {\n' + face + samples + "}\n")
+    for frame, x in ((None, 1), (1, 1), (2, 1), (3, 3), (3.5, 3)):
+        assert betamesh.read_particles(tmp_path / "p.usda", frame=frame).positions[0, 0] == x
+        assert betamesh.read_mesh(tmp_path / "m.usda", frame=frame).vertices[0, 0] == x
+    with pytest.raises(ValueError, match="frame is not finite"):
+        betamesh.read_mesh(tmp_path / "m.usda", frame=float("nan"))
+
+
 def test_reading_chooses_and_converts_particles(tmp_path, block):
     kind = np.arange(len(block)) % 2
     particles = betamesh.Particles(block, block, ids=np.arange(len(block)) + 5, attributes={"kind": kind.astype("i4")})
