@@ -47,9 +47,9 @@ struct ConvertArguments {
 };
 
 struct ConversionTask {
-    std::string input, output;
+    FileFrame input;
+    std::string output;
     ConversionOptions options{};
-    std::optional<int> sample{};  ///< frame of the time sample, if the input has several
 };
 
 ConversionOptions conversionOptions(const ConvertArguments& arguments) {
@@ -86,11 +86,9 @@ std::vector<ConversionTask> tasksOf(const ConvertArguments& arguments) {
     }
     std::vector<ConversionTask> tasks;
     for (const int frame : frames) {
-        const FileFrame file = fileFrame(input, frame);
-        tasks.push_back({file.file, frameName(output, frame), options});
+        tasks.push_back({fileFrame(input, frame), frameName(output, frame), options});
         if (output.numbered) tasks.back().options.write.frame = frame;
-        tasks.back().options.frame = file.sample();
-        tasks.back().sample = file.number();
+        tasks.back().options.frame = tasks.back().input.sample();
     }
     return tasks;
 }
@@ -103,9 +101,9 @@ void requireOutputFormat(const std::string& output) {
 
 /// Throws Error before anything is written.
 void requireOutputs(const std::vector<ConversionTask>& tasks, const ConvertArguments& arguments) {
-    for (const auto& [input, output, options, sample] : tasks) {
+    for (const auto& [input, output, options] : tasks) {
         std::error_code ignored;
-        if (input == output || fs::equivalent(input, output, ignored))
+        if (input.file == output || fs::equivalent(input.file, output, ignored))
             throw Error(output + " is both input and output. Choose another output");
         if (!arguments.overwrite && fs::exists(fs::symlink_status(output, ignored)))
             throw Error(output + " already exists. Use --overwrite to replace it.");
@@ -132,18 +130,17 @@ int convertFiles(const ConvertArguments& arguments) {
     makeFoldersOf(outputs);
     std::set<std::string> warned;  // each loss is named once, not for each frame
     const auto convertTask = [&](std::size_t i) {
-        const auto& [input, output, options, sample] = tasks[i];
-        const Conversion done = convertFile(input, output, options);
+        const auto& [input, output, options] = tasks[i];
+        const Conversion done = convertFile(input.file, output, options);
         for (const std::string& warning : done.warnings)
-            if (warned.insert(warning).second) logWarning(input + ": " + warning);
-        logInfo(FileFrame{input, sample.value_or(0), sample.has_value()}.text() + " -> " + output + ": " +
-                describe(done));
+            if (warned.insert(warning).second) logWarning(input.file + ": " + warning);
+        logInfo(input.text() + " -> " + output + ": " + describe(done));
         return true;
     };
     const int exit_code = forEachFile(
         tasks.size(),
         [&](std::size_t i) {
-            return NamedFile{tasks[i].input, tasks[i].sample};
+            return NamedFile{tasks[i].input.file, tasks[i].input.number()};
         },
         convertTask, [](std::size_t, const std::string&) {});
     // The frames know the units of the input, of which this process may have read nothing.

@@ -9,6 +9,7 @@
 #include "exact/snapped_particles.h"
 #include "mesh/enclosure.h"
 #include "planar/disc_boundary.h"
+#include "support/oracles.h"
 #include "support/planar_clouds.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -57,16 +57,6 @@ std::vector<SkinParams> everyWay(const Cloud& cloud) {
     all.back().features.bubbles = Bubbles::fill;
     all.back().features.bubble_gap = 2.7 * cloud.radius;
     return all;
-}
-
-double distanceTo(const Curves& curves, const Vec3& point) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Edge& edge : curves.edges) {
-        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
-        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
-        nearest = std::min(nearest, (a + way * t - point).length());
-    }
-    return nearest;
 }
 
 // The largest distance of a vertex of either curve from the other curve.

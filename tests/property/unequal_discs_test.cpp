@@ -11,12 +11,12 @@
 #include "planar/boundary_curves.h"
 #include "planar/disc_boundary.h"
 #include "planar/velocity.h"
+#include "support/oracles.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace betamesh {
@@ -101,16 +101,6 @@ void addSquare(const Vec3& corner, double spacing, double side, UnequalDiscs& cl
             cloud.particles.position.emplace_back(corner + (Vec3(x, y, 0) + Vec3(0.5, 0.5, 0) + jitter) * spacing);
             cloud.radius.push_back(1.5 * spacing);
         }
-}
-
-double distanceTo(const Curves& curves, const Vec3& point) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Edge& edge : curves.edges) {
-        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
-        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
-        nearest = std::min(nearest, (a + way * t - point).length());
-    }
-    return nearest;
 }
 
 }  // namespace

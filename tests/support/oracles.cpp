@@ -167,6 +167,16 @@ double distanceTo(const Mesh& mesh, const Vec3& point) {
     return nearest;
 }
 
+double distanceTo(const Curves& curves, const Vec3& point) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Edge& edge : curves.edges) {
+        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
+        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
+        nearest = std::min(nearest, (a + way * t - point).length());
+    }
+    return nearest;
+}
+
 bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles) {
     const auto positionOf = [&](std::uint32_t v) { return position[v]; };
     for (std::size_t s = 0; s < triangles.size(); ++s)

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "betamesh/curves.h"
 #include "betamesh/mesh.h"
 #include "betamesh/particles.h"
 #include "exact/snapped_particles.h"
@@ -33,6 +34,8 @@ double windingNumber(const Mesh& mesh, const Vec3& point);
 
 /// Distance from a point to the nearest triangle, by brute force.
 double distanceTo(const Mesh& mesh, const Vec3& point);
+/// Likewise to the nearest edge.
+double distanceTo(const Curves& curves, const Vec3& point);
 
 /// Do any two triangles cross? By brute force over all pairs.
 bool crossesItself(const std::vector<Vec3>& position, const std::vector<Triangle>& triangles);

@@ -4,11 +4,11 @@
 #include "betamesh/skin.h"
 #include "exact/snapped_particles.h"
 #include "planar/disc_boundary.h"
+#include "support/oracles.h"
 #include "support/planar_clouds.h"
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -64,16 +64,6 @@ std::vector<PlanarEvent> findPlanarEvents() {
     std::stable_sort(list.begin(), list.end(),
                      [](const PlanarEvent& a, const PlanarEvent& b) { return a.kind < b.kind; });
     return list;
-}
-
-double distanceTo(const Curves& curves, const Vec3& point) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Edge& edge : curves.edges) {
-        const Vec3 &a = curves.position[edge[0]], way = curves.position[edge[1]] - a;
-        const double t = way.length2() > 0 ? std::clamp(dot(point - a, way) / way.length2(), 0.0, 1.0) : 0;
-        nearest = std::min(nearest, (a + way * t - point).length());
-    }
-    return nearest;
 }
 
 // The Hausdorff distance of two curves, radii.
