@@ -185,6 +185,12 @@ bool canHold(const fs::path& path, FileKind kind, Access access) {
     });
 }
 
+bool holdsNormals(const fs::path& path) {
+    if (!canHold(path, FileKind::mesh, Access::write)) return false;
+    const FileFormat& format = formatOf(path, FileKind::mesh, Access::write);
+    return format.holds_normals || (format.holds_attributes && !format.is_volume);
+}
+
 std::string extensionsFor(FileKind kind, Access access) {
     return extensionsWhere(access, [&](const FileFormat& format) { return holds(format, kind, access); });
 }

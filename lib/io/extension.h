@@ -26,6 +26,8 @@ const FileFormat& formatOf(const std::filesystem::path& path, FileKind kind, Acc
 
 /// Whether formatOf() does not throw.
 bool canHold(const std::filesystem::path& path, FileKind kind, Access access);
+/// Whether a mesh file of this name holds the normals of vertices that an attribute gives.
+bool holdsNormals(const std::filesystem::path& path);
 
 /// The extensions of all formats that formatOf() accepts, separated by spaces.
 std::string extensionsFor(FileKind kind, Access access);

@@ -238,7 +238,7 @@ void addMesh(nb::module_& module) {
                 [](const MeshObject& o, nb::handle self) { return arrayOf(numbersOf(o.mesh.triangles), 3, self); });
     addProperty(type, "normals", "def normals(self) -> numpy.typing.NDArray[numpy.float32]",
                 "Unit normals of vertices, outwards, float32 of shape (n, 3): those fitted to the "
-                "surface if skin() was called with normals=True, else means over the triangles, weighted by their "
+                "surface if the mesh has the attribute N, else means over the triangles, weighted by their "
                 "angles, and zero at vertices without triangles. Computed on first use.",
                 [](MeshObject& o, nb::handle self) {
                     if (!o.normals) o.normals = rounded(normalsOf(o.mesh));

@@ -345,7 +345,7 @@ TEST_F(InputJob, TypesOfAttributesAreKeptAndLostNumbersAreNamed) {
         EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.err.find("'heat' has"), std::string::npos) << outcome.err;  // is not used
     const Mesh read = readMesh(folder_ / "out/a.0001.ply");
-    ASSERT_EQ(read.attributes.size(), 4U);
+    ASSERT_EQ(read.attributes.size(), 5U);  // and N
     for (std::size_t v = 0; v < read.position.size(); ++v)
         EXPECT_EQ(read.attributes[0].integer[v] - 60, read.attributes[1].integer[v]);
     EXPECT_NE(mesh({"--attributes", "phase"}, "out/a.####.obj").err.find("cannot store attributes"), std::string::npos);

@@ -90,7 +90,7 @@ struct Config {
     struct Output : WriteOptions {  ///< its frame is set for each file
         std::string path;
         std::vector<std::string> attributes;
-        bool normals = false;
+        std::optional<bool> normals;  ///< nullopt: auto
         std::vector<std::string> surface_attributes;
         bool components = false;
         Length simplify{0, false};  ///< 0: none

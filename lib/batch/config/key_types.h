@@ -231,6 +231,22 @@ ConfigKey booleanKey(const KeyText& text, Member member) {
         });
 }
 
+/// true, false or `auto` (nullopt). Its option is a flag that means true.
+template <typename Member>
+ConfigKey automaticBooleanKey(const KeyText& text, Member member) {
+    const std::string accepts = "auto, true or false";
+    return makeKey(
+        text, ConfigKey::Kind::boolean, accepts,
+        [=](const Config& config) {
+            const std::optional<bool>& is_wanted = readOnly(config, member);
+            return std::string(!is_wanted ? "auto" : *is_wanted ? "true" : "false");
+        },
+        [=](Config& config, const std::string& value) {
+            if (value != "auto" && value != "true" && value != "false") failValue(value, accepts);
+            member(config) = value == "auto" ? std::nullopt : std::optional(value == "true");
+        });
+}
+
 template <typename Choice>
 using Choices = std::vector<std::pair<std::string, Choice>>;
 

@@ -225,12 +225,13 @@ void addFeaturesKeys(std::vector<ConfigKey>& keys) {
 }
 
 void addSurfaceOutputKeys(std::vector<ConfigKey>& keys) {
-    keys.push_back(booleanKey(
+    keys.push_back(automaticBooleanKey(
         {"output.normals", "--output-normals", "",
-         "Writes normals fitted to the surface near each vertex as the attribute `N`. They shade more smoothly than "
-         "those of the triangles, and change continuously over time. .vtp, .usda, .abc and .obj files have normals in "
-         "any case, computed from the triangles unless this is true. Previews use `N`, too."},
-        [](Config& c) -> bool& { return c.output.normals; }));
+         "Writes normals fitted to the surface near each vertex as the attribute `N`, which previews use, too. They "
+         "shade far more smoothly than those of the triangles, and change continuously over time. auto: true in three "
+         "dimensions with the complete tessellation, if the format can store them. .vtp, .usda, .abc and .obj files "
+         "have normals in any case, computed from the triangles where this is false."},
+        [](Config& c) -> std::optional<bool>& { return c.output.normals; }));
     keys.push_back(namesKey(
         {"output.surface_attributes", "--surface-attributes", "",
          "Attributes of the mesh vertices that are measured on the surface; all change continuously over time. "

@@ -2,6 +2,7 @@
 
 #include "batch/config/key_types.h"
 #include "betamesh/error.h"
+#include "io/extension.h"
 #include "skin/particle_sizes.h"
 #include "skin/stage_settings.h"
 #include "skin/surface_attributes.h"
@@ -57,6 +58,14 @@ void reconcileBubbles(Config& config, std::vector<std::string>& warnings) {
     if (bubbles == Bubbles::fill && !can_fill)
         warnings.emplace_back("features.bubbles fill needs surface.tessellation complete: bubbles are not filled");
     bubbles = can_fill ? bubbles.value_or(Bubbles::fill) : Bubbles::mesh;
+}
+
+void reconcileNormals(Config& config) {
+    const Config::Surface& surface = config.surface;
+    if (config.output.normals) return;
+    const bool are_fitted =
+        surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete && surface.dimension == 3;
+    config.output.normals = are_fitted && (config.output.path.empty() || holdsNormals(config.output.path));
 }
 
 double worldLength(const Length& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }
@@ -208,6 +217,7 @@ std::optional<ResolvedRadius> measuredRadius(const Config& config, const Measure
 void reconcileSurface(Config& config, std::vector<std::string>& warnings) {
     reconcileTessellation(config, warnings);
     reconcileBubbles(config, warnings);
+    reconcileNormals(config);
 }
 
 SkinParams skinParams(const Config& config) {
@@ -235,7 +245,7 @@ SkinParams skinParams(const Config& config) {
         const std::vector<std::string>& names = config.output.surface_attributes;
         return std::find(names.begin(), names.end(), name) != names.end();
     };
-    params.surface_attributes = {config.output.normals, measures("thickness"), measures("curvature"),
+    params.surface_attributes = {config.output.normals.value_or(false), measures("thickness"), measures("curvature"),
                                  measures("shape")};
     return params;
 }

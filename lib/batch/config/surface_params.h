@@ -44,7 +44,7 @@ std::optional<ResolvedRadius> measuredRadius(const Config& config, const Measure
 std::optional<Wall> wallOf(std::string_view text);
 
 /// Makes keys that depend on each other consistent: the paper's smoothing needs its tessellation, and bubbles are
-/// filled where the surface allows it. Adds a warning where a value that was given is replaced.
+/// filled and normals fitted where the surface allows it. Adds a warning where a value that was given is replaced.
 void reconcileSurface(Config& config, std::vector<std::string>& warnings);
 
 /// The parameters without lengths. The configuration has passed reconcileSurface().

@@ -56,7 +56,8 @@ void noteOutputFormat(Plan& plan) {
     const FileKind kind = plan.config.surface.dimension == 2 ? FileKind::curves : FileKind::mesh;
     const FileFormat& format = formatOf(output.path, kind, Access::write);
     const std::string extension = splitExtension(output.path).second;
-    const bool has_measured = !output.surface_attributes.empty() || (output.normals && extension != ".obj");
+    const bool has_measured =
+        !output.surface_attributes.empty() || (output.normals.value_or(false) && extension != ".obj");
     const std::string lost =
         lossesOf(output.path, kind, {true, !output.attributes.empty() || has_measured, output.components}, output);
     if (!lost.empty())

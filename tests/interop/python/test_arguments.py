@@ -178,7 +178,9 @@ def test_attributes_measured_on_the_surface(block):
     assert np.array_equal(mesh.normals, mesh.attributes["N"]) and mesh.normals.shape == mesh.vertices.shape
     assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.vertices)), rel=1e-5)
     assert sum(mesh.attributes[name] for name in ("drop", "thread", "sheet", "bulk")) == pytest.approx(1, abs=1e-5)
-    assert list(betamesh.skin(block, surface_attributes="curvature").attributes) == ["curvature"]
+    assert list(betamesh.skin(block, surface_attributes="curvature").attributes) == ["N", "curvature"]
+    assert list(betamesh.skin(block).attributes) == ["N"] and not betamesh.skin(block, normals=False).attributes
+    assert not betamesh.skin(block, surface="alpha").attributes
     with pytest.raises(ValueError, match="surface_attributes: 'shapes' is not valid.*Did you mean 'shape'"):
         betamesh.skin(block, surface_attributes=["shapes"])
 
