@@ -176,6 +176,24 @@ TEST_F(ConfigFile, TheBoxOfTheSurfaceIsSixNumbersInWorldUnits) {
     EXPECT_FALSE(config.surface.box);
 }
 
+TEST_F(ConfigFile, NormalsAreFittedWhereTheFormatStoresThem) {
+    const auto areFitted = [](const std::vector<std::string>& settings) {
+        Config config;
+        std::vector<std::string> warnings;
+        for (const std::string& setting : settings) setConfigKey(config, setting);
+        reconcileSurface(config, warnings);
+        return skinParams(config).surface_attributes.normals;
+    };
+    for (const char* path : {"a.ply", "a.bgeo.sc", "a.usda", "a.obj", ""})
+        EXPECT_TRUE(areFitted({"output.path=" + std::string(path)})) << path;
+    for (const char* path : {"a.stl", "a.vdb", "a.unknown"})
+        EXPECT_FALSE(areFitted({"output.path=" + std::string(path)})) << path;
+    for (const char* setting : {"surface.kind=alpha", "surface.tessellation=paper", "smoothing.method=paper",
+                                "surface.dimension=2", "output.normals=false"})
+        EXPECT_FALSE(areFitted({"output.path=a.ply", setting})) << setting;
+    EXPECT_TRUE(areFitted({"output.path=a.stl", "output.normals=true"}));
+}
+
 TEST_F(ConfigFile, SurfaceAttributesAreKnownAndDifferFromThoseOfParticles) {
     Config config;
     setConfigKey(config, "output.surface_attributes=curvature,shape");
