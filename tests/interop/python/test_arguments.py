@@ -180,7 +180,7 @@ def test_attributes_measured_on_the_surface(block):
     assert sum(mesh.attributes[name] for name in ("drop", "thread", "sheet", "bulk")) == pytest.approx(1, abs=1e-5)
     assert list(betamesh.skin(block, surface_attributes="curvature").attributes) == ["N", "curvature"]
     assert list(betamesh.skin(block).attributes) == ["N"] and not betamesh.skin(block, normals=False).attributes
-    assert not betamesh.skin(block, surface="alpha").attributes
+    assert not betamesh.skin(block, kind="alpha", skin="none").attributes
     with pytest.raises(ValueError, match="surface_attributes: 'shapes' is not valid.*Did you mean 'shape'"):
         betamesh.skin(block, surface_attributes=["shapes"])
 
@@ -211,7 +211,7 @@ def test_particles_bring_their_own_arrays(block):
         betamesh.skin(particles, attributes={"b": block[:, 0]})
     with pytest.raises(ValueError, match="'b'.*a"):
         betamesh.skin(particles, attributes=["b"])
-    assert list(betamesh.skin(particles, attributes=["a"]).attributes) == ["a"]
+    assert list(betamesh.skin(particles, attributes=["a"]).attributes) == ["a", "N"]
     assert betamesh.skin(particles).attributes == {}
     assert len(particles) == len(block) and particles.velocities is None and particles.ids is None
 
