@@ -150,8 +150,8 @@ def skin(
         tendrils: "mesh" or "points": threads one particle thick.
         bubbles: "fill" or "mesh": voids in which no empty ball of diameter bubble_gap fits. None: "fill", where the
             tessellation allows it.
-        normals: fit the normals of vertices to the surface nearby; mesh.normals and the attribute "N". "auto" or None: where
-            the tessellation is complete.
+        normals: fit the normals of vertices to the surface nearby; mesh.normals and the attribute "N". "auto" or None:
+            where the tessellation is complete.
         surface_attributes: some of "thickness", "curvature" and "shape" (drop, thread, sheet and bulk, weights with sum
             1), measured on the surface; attributes of the mesh.
         components: number the connected components, for mesh.components.
