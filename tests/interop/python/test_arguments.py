@@ -212,7 +212,7 @@ def test_particles_bring_their_own_arrays(block):
     with pytest.raises(ValueError, match="'b'.*a"):
         betamesh.skin(particles, attributes=["b"])
     assert list(betamesh.skin(particles, attributes=["a"]).attributes) == ["a", "N"]
-    assert betamesh.skin(particles).attributes == {}
+    assert list(betamesh.skin(particles).attributes) == ["N"]
     assert len(particles) == len(block) and particles.velocities is None and particles.ids is None
 
 
