@@ -94,7 +94,6 @@ std::vector<std::string> namesIn(nb::handle attributes) {
 void setParticles(nb::handle positions, nb::handle velocities, nb::handle ids, nb::handle attributes, nb::handle origin,
                   SurfaceCall& call) {
     const bool in_plane = call.config.surface.dimension == 2;
-    call.config.output.attributes = namesIn(attributes);
     if (!nb::isinstance<ParticlesObject>(positions)) {
         call.own = particlesFrom(positions, velocities, ids, attributes, origin, in_plane);
         call.particles = &call.own;
@@ -148,6 +147,7 @@ SurfaceCall surfaceCall(nb::handle positions, nb::handle velocities, nb::handle 
                         nb::handle origin, const nb::list& settings) {
     SurfaceCall call;
     call.config = configFrom(settingsFrom(settings));
+    call.config.output.attributes = namesIn(attributes);
     reconcileSurface(call.config, call.warnings);
     checkSkin(call.config, call.warnings);
     setParticles(positions, velocities, ids, attributes, origin, call);

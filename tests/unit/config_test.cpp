@@ -188,7 +188,7 @@ TEST_F(ConfigFile, NormalsAreFittedWhereTheFormatStoresThem) {
         EXPECT_TRUE(areFitted({"output.path=" + std::string(path)})) << path;
     for (const char* path : {"a.stl", "a.vdb"}) EXPECT_FALSE(areFitted({"output.path=" + std::string(path)})) << path;
     for (const char* setting : {"surface.kind=alpha", "surface.tessellation=paper", "smoothing.method=paper",
-                                "surface.dimension=2", "output.normals=false"})
+                                "surface.dimension=2", "output.normals=false", "output.attributes=Cd,N"})
         EXPECT_FALSE(areFitted({"output.path=a.ply", setting})) << setting;
     EXPECT_TRUE(areFitted({"output.path=a.stl", "output.normals=true"}));
 }

@@ -229,8 +229,8 @@ void addSurfaceOutputKeys(std::vector<ConfigKey>& keys) {
         {"output.normals", "--output-normals", "",
          "Writes normals fitted to the surface near each vertex as the attribute `N`, which previews use, too. They "
          "shade far more smoothly than those of the triangles, and change continuously over time. auto: true in three "
-         "dimensions with the complete tessellation, if the format can store them. .vtp, .usda, .abc and .obj files "
-         "have normals in any case, computed from the triangles where this is false."},
+         "dimensions with the complete tessellation, if the format can store them and no attribute `N` is carried. "
+         ".vtp, .usda, .abc and .obj files have normals in any case, computed from the triangles where this is false."},
         [](Config& c) -> std::optional<bool>& { return c.output.normals; }));
     keys.push_back(namesKey(
         {"output.surface_attributes", "--surface-attributes", "",

@@ -62,10 +62,13 @@ void reconcileBubbles(Config& config, std::vector<std::string>& warnings) {
 
 void reconcileNormals(Config& config) {
     const Config::Surface& surface = config.surface;
-    if (config.output.normals) return;
+    const Config::Output& output = config.output;
+    if (output.normals) return;
     const bool are_fitted =
         surface.kind == SurfaceKind::beta && surface.tessellation == Tessellation::complete && surface.dimension == 3;
-    config.output.normals = are_fitted && (config.output.path.empty() || holdsNormals(config.output.path));
+    const auto carried = std::find(output.attributes.begin(), output.attributes.end(), "N");
+    config.output.normals =
+        are_fitted && carried == output.attributes.end() && (output.path.empty() || holdsNormals(output.path));
 }
 
 double worldLength(const Length& length, double spacing) { return length.value * (length.in_spacings ? spacing : 1); }

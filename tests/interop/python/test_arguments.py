@@ -181,6 +181,8 @@ def test_attributes_measured_on_the_surface(block):
     assert list(betamesh.skin(block, surface_attributes="curvature").attributes) == ["N", "curvature"]
     assert list(betamesh.skin(block).attributes) == ["N"] and not betamesh.skin(block, normals=False).attributes
     assert not betamesh.skin(block, kind="alpha", skin="none").attributes
+    carried = betamesh.skin(block, attributes={"N": block * 0 + [0, 2, 0]}).attributes["N"]
+    assert carried == pytest.approx(np.tile([0, 2, 0], (len(carried), 1)))
     with pytest.raises(ValueError, match="surface_attributes: 'shapes' is not valid.*Did you mean 'shape'"):
         betamesh.skin(block, surface_attributes=["shapes"])
 
