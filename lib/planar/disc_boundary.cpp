@@ -11,6 +11,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace betamesh {
 
@@ -257,30 +258,43 @@ Dual angleAbout(const DualVec3& point, const DualVec3& centre) {
             crossZ(offset.position, offset.velocity) / offset.position.length2()};
 }
 
+// The angles about its centre at which the arc from a vertex begins and ends.
+std::pair<Dual, Dual> movingEnds(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
+                                 const std::vector<DualVec3>& vertices, std::uint32_t v) {
+    const DualVec3& centre = discs[boundary.segment[v][1]];
+    const Dual begin = angleAbout(vertices[v], centre);
+    return {begin, {begin.value + arcAngle(boundary, v), angleAbout(vertices[boundary.next[v]], centre).rate}};
+}
+
 }  // namespace
+
+Dual arcLength(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices,
+               std::uint32_t v) {
+    const auto [begin, end] = movingEnds(boundary, discs, vertices, v);
+    return (end - begin) * boundary.worldRadiusOf(boundary.segment[v][1]);
+}
 
 DiscSamples boundarySamples(const DiscBoundary& boundary, const std::vector<DualVec3>& discs,
                             const std::vector<DualVec3>& vertices, int directions) {
     const double step = kTwoPi / directions;
     DiscSamples samples;
-    const auto add = [&](std::uint32_t disc, Dual begin, Dual end) {
+    const auto add = [&](std::uint32_t disc, std::uint32_t arc, Dual begin, Dual end) {
         samples.sample.push_back(arcSample(discs[disc], boundary.worldRadiusOf(disc), begin, end));
         samples.disc.push_back(disc);
+        samples.arc.push_back(arc);
         if (boundary.hasScales()) samples.scale.push_back(boundary.movingScaleOf(disc));
     };
     for (std::uint32_t v = 0; v < vertices.size(); ++v) {
         const std::uint32_t disc = boundary.segment[v][1];
-        const DualVec3& centre = discs[disc];
-        Dual begin = angleAbout(vertices[v], centre);
-        const Dual end(begin.value + arcAngle(boundary, v), angleAbout(vertices[boundary.next[v]], centre).rate);
+        auto [begin, end] = movingEnds(boundary, discs, vertices, v);
         for (double k = std::floor(begin.value / step) + 1; k * step < end.value; ++k) {
-            add(disc, begin, k * step);
+            add(disc, v, begin, k * step);
             begin = k * step;
         }
-        add(disc, begin, end);
+        add(disc, v, begin, end);
     }
     for (const std::uint32_t d : boundary.isolated)
-        for (int k = 0; k < directions; ++k) add(d, k * step, (k + 1) * step);
+        for (int k = 0; k < directions; ++k) add(d, kInvalidIndex, k * step, (k + 1) * step);
     return samples;
 }
 

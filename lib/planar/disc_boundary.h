@@ -62,6 +62,9 @@ struct DiscBoundary {
 
 /// Angle subtended by the arc that begins at a vertex, radians in [0, 2π].
 double arcAngle(const DiscBoundary& boundary, std::uint32_t v);
+/// The length of the arc that begins at a vertex, world units; discs, vertices: those of the boundary, with velocities.
+Dual arcLength(const DiscBoundary& boundary, const std::vector<DualVec3>& discs, const std::vector<DualVec3>& vertices,
+               std::uint32_t v);
 
 /// Finds every vertex with exact predicates: the points where two circles meet that are in no other disc.
 ///
@@ -77,6 +80,7 @@ DiscBoundary discBoundary(const SnappedParticles& particles);
 struct DiscSamples {
     BoundarySamples sample;
     std::vector<std::uint32_t> disc;  ///< of each sample
+    std::vector<std::uint32_t> arc;   ///< of each sample: the vertex at which its arc begins; kInvalidIndex on circles
     std::vector<Dual> scale;          ///< radius of that disc, in radii of the largest; empty: all 1
 };
 

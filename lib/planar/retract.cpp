@@ -85,7 +85,9 @@ public:
         return scale_.empty() ? offset : offset / scale(i);
     }
     // What is added to a square distance.
-    Dual squaredOffset(std::size_t i) const { return i < onBoundary() ? 0 : gap(i).squared_offset; }
+    Dual squaredOffset(std::size_t i) const {
+        return i < onBoundary() ? boundary_.squared_offset[i] : gap(i).squared_offset;
+    }
     // With that.
     double squaredDistance(const DualVec3& from, std::size_t i) const {
         const double square = (from.position - point(i).position).length2();

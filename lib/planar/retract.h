@@ -41,7 +41,8 @@ struct OuterBoundary {
     std::vector<DualVec3> corners;  ///< intersections of two circles
     std::vector<Dual> scale;        ///< of the samples and then of the corners: radius of the disc there, in radii of
                                     ///< the largest; empty: all 1
-    std::vector<GapPoint> gaps;     ///< points where smaller discs roll
+    std::vector<Dual> squared_offset;  ///< of these, as in GapPoint
+    std::vector<GapPoint> gaps;        ///< points where smaller discs roll
 };
 
 /// Moves vertices from the boundary of discs of radius `joining` inwards until they are rolling() - extra_skin(x) deep

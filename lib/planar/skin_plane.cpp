@@ -114,6 +114,32 @@ void keepOutOfSkins(const std::vector<DualVec3>& particles, const std::vector<do
         });
 }
 
+// entranceOffset() of each sample of an outer boundary and then of each corner: at corners for their two arcs, inside
+// an arc the mean of both ends.
+std::vector<Dual> entranceOffsets(const DiscBoundary& outer, const std::vector<DualVec3>& discs,
+                                  const std::vector<DualVec3>& corners, const DiscSamples& samples,
+                                  const CurveSkin& skin) {
+    const auto offsetFor = [&](Dual length, double scale) {
+        return entranceOffset(length / (skin.spacing * scale), skin.rolling() / skin.spacing) *
+               (skin.spacing * skin.spacing);
+    };
+    std::vector<Dual> at_corner(corners.size());
+    for (std::uint32_t v = 0; v < corners.size(); ++v) {
+        const Dual half = arcLength(outer, discs, corners, v) * 0.5;
+        for (const std::uint32_t end : {v, outer.next[v]}) at_corner[end] = at_corner[end] + half;
+    }
+    for (std::uint32_t v = 0; v < corners.size(); ++v)
+        at_corner[v] = offsetFor(at_corner[v], outer.movingScaleOfVertex(v).value);
+    std::vector<Dual> offset;
+    for (std::size_t i = 0; i < samples.sample.size(); ++i) {
+        const std::uint32_t disc = samples.disc[i], arc = samples.arc[i];
+        offset.push_back(arc == kInvalidIndex ? offsetFor(outer.worldRadiusOf(disc) * kTwoPi, outer.scaleOf(disc))
+                                              : (at_corner[arc] + at_corner[outer.next[arc]]) * 0.5);
+    }
+    offset.insert(offset.end(), at_corner.begin(), at_corner.end());
+    return offset;
+}
+
 // The boundary of discs of the outer radius, as far as it influences the curve.
 OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles& snapped, const DiscBoundary& boundary,
                             const CurveSkin& skin) {
@@ -147,7 +173,9 @@ OuterBoundary outerBoundary(const SizedParticles& sized, const SnappedParticles&
         const double largest = outer.worldRadius() / skin.outer();
         for (Dual& scale : samples.scale) scale = scale * largest;
     }
-    OuterBoundary result{std::move(samples.sample), std::move(corners), std::move(samples.scale), {}};
+    std::vector<Dual> offset = entranceOffsets(outer, discs, corners, samples, skin);
+    OuterBoundary result{
+        std::move(samples.sample), std::move(corners), std::move(samples.scale), std::move(offset), {}};
     if (!have_sizes) return result;
     std::vector<DualVec3> moving;
     std::vector<double> scale;

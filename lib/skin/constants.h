@@ -170,6 +170,8 @@ inline constexpr float kMaxSquaredSlope = 0.5F;
 inline constexpr double kOuterArcAngle = 0.4, kOuterFaceAngle = 0.5;
 /// rim_distance, radians, up to which samples inside faces fade out towards the rim.
 inline constexpr double kOuterFadeWidth = 0.15;
+/// Mean length of the arcs at a vertex, dx, from which the rolling ball there has its full size (skin_lengths.h).
+inline constexpr double kEntranceArc = 0.25;
 
 // Gaps too narrow for the rolling ball (narrow_gaps.cpp) --------------------------------------------------------------
 
@@ -200,7 +202,7 @@ inline constexpr double kGapOffset = 0.2;
 inline constexpr double kDirectionBand = 0.25;
 /// Vertices so much deeper than the skin are out of reach and stay; in between they fade. Chosen: farther, more pits
 /// are raised to the skin (area over 30 degrees of SPH frame 24 at 0.3, 0.45, 0.6 and 1: .066, .062, .061 and .059 %),
-/// but cavities that the rolling ball enters jump more (0.28, 0.32 and 0.36 dx at the first three).
+/// but faster where the rolling ball enters a cavity.
 inline constexpr double kReachFade = 0.45;
 /// Added to the squared distance of an outer sample that has only just appeared (square dx): it comes gradually.
 inline constexpr float kNewSampleSquaredOffset = 0.3F;

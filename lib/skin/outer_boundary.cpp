@@ -151,6 +151,33 @@ float newSampleOffset(const BallBoundary& outer) {
     return have_scales ? kNewSampleSquaredOffsetOfUnequal : kNewSampleSquaredOffset;
 }
 
+// entranceOffset() of each point of the network: at vertices for the arcs that begin there, inside an arc the mean
+// of both ends.
+std::vector<float> entranceOffsets(const BallBoundary& outer, const ArcNetwork& network, double rolling,
+                                   double spacing) {
+    const auto lengthOf = [&](std::size_t line) {
+        return network.line[line].length.value / (spacing * network.scaleOfLine(line, outer));
+    };
+    const auto offsetFor = [&](double length) { return static_cast<float>(entranceOffset(length, rolling).value); };
+    std::vector<float> offset(network.point.size());
+    for (std::size_t v = 0; v < network.vertices; ++v) {
+        double length = 0;
+        for (std::size_t h = 3 * v; h < 3 * v + 3; ++h) length += lengthOf(network.arc_of[h]) / 3;
+        offset[v] = offsetFor(length);
+    }
+    const auto setPoints = [&](std::uint32_t begin, std::uint32_t end, float value) {
+        std::fill(offset.begin() + begin, offset.begin() + end, value);
+    };
+    const std::size_t arcs = network.arc_start.size();
+    for (std::size_t a = 0; a < arcs; ++a) {
+        const std::uint32_t start = network.arc_start[a], end = outer.twin[start];
+        setPoints(network.arc_begin[a], network.arc_begin[a + 1], (offset[start / 3] + offset[end / 3]) / 2);
+    }
+    for (std::size_t k = 0; k + 1 < network.circle_begin.size(); ++k)
+        setPoints(network.circle_begin[k], network.circle_begin[k + 1], offsetFor(lengthOf(arcs + k)));
+    return offset;
+}
+
 // The points of the network as samples.
 OuterSamples samplesOnArcs(const BallBoundary& outer, const ArcNetwork& network, const SkinLengths& lengths,
                            double spacing) {
@@ -164,9 +191,9 @@ OuterSamples samplesOnArcs(const BallBoundary& outer, const ArcNetwork& network,
     }
     samples.point = unfadedPoints(network);
     samples.weight = weightsOfPoints(outer, network, samples.point, spacing);
-    samples.squared_offset.assign(samples.point.size(), 0);
+    samples.squared_offset = entranceOffsets(outer, network, lengths.rolling(), spacing);
     for (const FadingVertex& fading : network.fading)
-        samples.squared_offset[fading.vertex] = newSampleOffset(outer) * static_cast<float>(1 - fading.fade.value);
+        samples.squared_offset[fading.vertex] += newSampleOffset(outer) * static_cast<float>(1 - fading.fade.value);
     samples.exposure.assign(samples.point.size(), 0);
     return samples;
 }

@@ -2,6 +2,9 @@
 
 #pragma once
 
+#include "base/dual.h"
+#include "skin/constants.h"
+
 namespace betamesh {
 
 /// Radius of the rolling ball of SkinLengths: it touches balls of radius `skin` around two particles and the midpoint
@@ -25,5 +28,14 @@ struct SkinLengths {
     /// Whether the mesh is to be coarse, for which fewer steps do.
     bool isCoarse() const { return edge_factor > 1; }
 };
+
+/// What is added to squared distances from a part of the outer boundary where the rolling ball has only just entered a
+/// cavity: a smaller ball rolls there, or none within reach. Lengths in particle spacings.
+///
+/// arc: mean length of arc there; it grows from 0
+inline Dual entranceOffset(Dual arc, double rolling) {
+    const double reach = rolling + kReachFade;
+    return (1 - smoothStep(arc / kEntranceArc)) * (reach * reach);
+}
 
 }  // namespace betamesh

@@ -398,6 +398,29 @@ TEST(SkinPlane, ASkinMovesNoFasterThanItsParticlesInBulk) {
     }
 }
 
+// Three or four drops around a cavity that move apart, until the rolling disc suddenly fits between them.
+TEST(SkinPlane, TheRollingDiscEntersCavitiesGradually) {
+    for (const int drops : {3, 4}) {
+        Random random(static_cast<std::uint64_t>(drops));
+        std::vector<Vec3> directions;
+        for (int k = 0; k < drops; ++k) {
+            const double angle = 2 * std::numbers::pi * k / drops;
+            directions.push_back(Vec3(std::cos(angle), std::sin(angle), 0) + random.cube() * Vec3(0.02, 0.02, 0));
+        }
+        constexpr double kStep = 5e-4;
+        Curves before;
+        for (double distance = 2.4; distance < 2.6; distance += kStep) {
+            Particles particles;
+            for (const Vec3& d : directions) particles.position.emplace_back(d * distance);
+            const Curves curves = skinPlane(particles, paramsFor({"", particles, 1.5})).curves;
+            if (!before.position.empty()) {
+                EXPECT_LE(farthestApart(before, curves), 50 * kStep) << drops << ' ' << distance;
+            }
+            before = curves;
+        }
+    }
+}
+
 TEST(SkinPlane, IsolatedDiscsAndRingsKeepTheirSizeOnTheDiscs) {
     const auto areas = [](const Particles& particles) {
         Cloud cloud{"", particles, 1.5};

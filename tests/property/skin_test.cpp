@@ -4,12 +4,15 @@
 #include "betamesh/skin.h"
 
 #include "base/parallel.h"
+#include "base/random.h"
 #include "betamesh/check.h"
+#include "betamesh/coherence.h"
 #include "mesh/components.h"
 #include "mesh/enclosure.h"
 #include "mesh/vertex_normals.h"
 #include "sample/sample.h"
 #include "skin/skin_lengths.h"
+#include "skin/stage_settings.h"
 #include "support/clouds.h"
 #include "support/oracles.h"
 #include "support/slab_top.h"
@@ -155,6 +158,30 @@ std::array<double, 2> widthsOfSection(const Mesh& mesh, double x) {
         widths = {std::min(widths[0], high - low), std::max(widths[1], high - low)};
     }
     return widths;
+}
+
+// Six drops around a cavity that move apart, until the rolling ball suddenly fits between them.
+TEST(Skin, TheRollingBallEntersCavitiesGradually) {
+    const double outer = skinLengths(withSpacing(1)).outer();
+    for (const std::uint64_t seed : {1, 2, 3}) {
+        Random random(seed);
+        const Vec3 x = random.ball().normalized(), y = cross(x, random.ball()).normalized(), z = cross(x, y);
+        std::vector<Vec3> directions;
+        for (const Vec3& axis : {x, y, z})
+            for (const double side : {-1, 1}) directions.push_back(axis * side + random.ball() * 0.02);
+        const auto skinAt = [&](double distance) {
+            Particles drops;
+            for (const Vec3& d : directions) drops.position.emplace_back(d * distance);
+            return skinFrame(drops, withSpacing(1)).mesh;
+        };
+        constexpr double kStep = 0.001;
+        Mesh before = skinAt(outer * 0.985);
+        for (double distance = outer * 0.985 + kStep; distance < outer * 1.015; distance += kStep) {
+            Mesh now = skinAt(distance);
+            EXPECT_LE(surfaceDistance(before, now).max, 0.06) << seed << ' ' << distance;
+            before = std::move(now);
+        }
+    }
 }
 
 // However close two particles are to parting, what connects them is no hair and no ribbon.
