@@ -77,6 +77,21 @@ TEST_F(JobSpacing, UnevenlySpacedParticlesAreAdvisedThePresetForThem) {
     EXPECT_FALSE(isAdvised({"--overwrite", "--spacing", "0.1"}));
 }
 
+TEST_F(JobSpacing, AnUncertainSpacingIsAskedFor) {
+    const auto isAsked = [&](const std::vector<std::string>& options) {
+        const Outcome outcome = mesh(options);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err.find("give it with --spacing") != std::string::npos;
+    };
+    writeFrame(1, box(10, 10, 10));
+    EXPECT_FALSE(isAsked({}));
+    Particles stretched = box(10, 10, 10);
+    for (Vec3f& p : stretched.position) p *= 1 + p.length();  // ever farther apart
+    writeFrame(1, stretched);
+    EXPECT_TRUE(isAsked({"--overwrite"}));
+    EXPECT_FALSE(isAsked({"--overwrite", "--spacing", "0.1"}));
+}
+
 TEST_F(JobSpacing, ARadiusInTheWrongUnitIsAskedAbout) {
     writeFrame(1, box(9, 9, 9));
     const Outcome refused = mesh({"--radius", "6"});

@@ -18,7 +18,7 @@ struct ResolvedRadius {
     double radius = 0;
     double spacing = 0;
     std::string source;  ///< where the spacing comes from, for the log: "as given", "measured in a.0001.vdb"
-    std::string advice;  ///< for the log: settings that would suit the particles better; empty: none
+    std::vector<std::string> advice;  ///< for the log: settings that would suit the particles better
     std::vector<std::string> warnings;
 };
 

@@ -115,7 +115,7 @@ void planRadius(Plan& plan, const std::map<int, std::string>& on_disk, const Pla
     if (!givenRadius(plan.config))
         plan.notes.push_back("to mesh files of this sequence one by one with the same spacing, use --spacing " +
                              textOf(resolved->spacing));
-    if (!resolved->advice.empty()) plan.notes.push_back(resolved->advice);
+    plan.notes.insert(plan.notes.end(), resolved->advice.begin(), resolved->advice.end());
     plan.warnings.insert(plan.warnings.end(), resolved->warnings.begin(), resolved->warnings.end());
 }
 
