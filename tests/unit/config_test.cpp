@@ -154,7 +154,7 @@ TEST_F(ConfigFile, WallsAreInWorldUnitsWhateverTheLocalOrigin) {
     config.surface.walls = {"x<2", "y>-5"};
     config.input.origin = {100, 10, 0};
     config.input.scale = 0.01;
-    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", "", {}});
+    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", {}, {}});
     ASSERT_EQ(params.walls.size(), 2U);
     EXPECT_NEAR(params.walls[0].offset, 1, 1e-12);
     EXPECT_NEAR(params.walls[1].offset, 5.1, 1e-12);
