@@ -159,7 +159,7 @@ TEST_F(ConfigFile, WallsAreInWorldUnitsWhateverTheLocalOrigin) {
     EXPECT_NEAR(params.walls[0].offset, 1, 1e-12);
     EXPECT_NEAR(params.walls[1].offset, 5.1, 1e-12);
     config.surface.kind = SurfaceKind::alpha;
-    EXPECT_THROW(withLengths(skinParams(config), config, {0.15, 0.1, "", "", {}}), Error);
+    EXPECT_THROW(withLengths(skinParams(config), config, {0.15, 0.1, "", {}, {}}), Error);
 }
 
 TEST_F(ConfigFile, TheBoxOfTheSurfaceIsSixNumbersInWorldUnits) {
@@ -167,7 +167,7 @@ TEST_F(ConfigFile, TheBoxOfTheSurfaceIsSixNumbersInWorldUnits) {
     setConfigKey(config, "surface.box=-1,0,2,4,5,6.5");
     config.input.origin = {100, 0, 0};
     config.input.scale = 0.01;
-    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", "", {}});
+    const SkinParams params = withLengths(skinParams(config), config, {0.15, 0.1, "", {}, {}});
     ASSERT_TRUE(params.box);
     EXPECT_EQ(*params.box, Box(Vec3(-2, 0, 2), Vec3(3, 5, 6.5)));
     for (const char* wrong : {"1,2,3,4,5", "0,0,0,1,0,1", "x", "\"\""})
