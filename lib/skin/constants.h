@@ -202,7 +202,7 @@ inline constexpr double kGapOffset = 0.2;
 inline constexpr double kDirectionBand = 0.25;
 /// Vertices so much deeper than the skin are out of reach and stay; in between they fade. Chosen: farther, more pits
 /// are raised to the skin (area over 30 degrees of SPH frame 24 at 0.3, 0.45, 0.6 and 1: .066, .062, .061 and .059 %),
-/// but faster where the rolling ball enters a cavity.
+/// but they move farther while the rolling ball enters a cavity.
 inline constexpr double kReachFade = 0.45;
 /// Added to the squared distance of an outer sample that has only just appeared (square dx): it comes gradually.
 inline constexpr float kNewSampleSquaredOffset = 0.3F;
