@@ -6,6 +6,7 @@
 #include "skin/ball_boundary.h"
 #include "skin/deforming_mesh.h"
 #include "skin/face_points.h"
+#include "skin/place.h"
 
 #include <vector>
 
@@ -14,12 +15,9 @@ namespace betamesh {
 /// A place where two or three balls meet in little more than a point, or are about to meet. Two: a thin neck, or the
 /// tips of two drops. Three, around a point between them: a thin membrane, or a hole that is about to close. World
 /// units.
-struct Meeting {
-    Vec3 middle, axis;     ///< a unit vector along the neck, or perpendicular to the membrane
-    double spacing;        ///< of the particles there
-    double length, width;  ///< how far its surroundings reach along the axis and across it, particle spacings
-    double nearness;       ///< 0 to 1: 1 where the balls touch in a point, 0 far from that
-    double least;          ///< radius that a neck has to have, particle spacings; 0 where there is none
+struct Meeting : Place {  // axis: along the neck, or perpendicular to the membrane
+    double nearness;             ///< 0 to 1: 1 where the balls touch in a point, 0 far from that
+    double least;                ///< radius that a neck has to have, particle spacings; 0 where there is none
 };
 
 /// The meetings of a union of balls. network: its arcs and circles; points: those on its balls, with those towards

@@ -15,6 +15,7 @@
 #include "skin/narrow_gaps.h"
 #include "skin/outer_boundary.h"
 #include "skin/paper_mesh.h"
+#include "skin/pinholes.h"
 #include "skin/self_intersections.h"
 #include "skin/skin_smoothing.h"
 #include "skin/smooth_paper.h"
@@ -89,6 +90,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     const std::vector<float> kept = keepMeetings(base.meetings, before_smoothing, surface);
     if (retracted) {
         if (!lengths.isCoarse()) surface.fairSharpParts(kept);  // drops of coarse triangles would shrink
+        narrowPinholes(boundary, particleSpacing(params), surface);
         limitDisplacements(surface, retracted->position, farthestSkinSmoothing(params));
     }
     if (!lengths.isCoarse()) surface.refineOnCurves(lengths.joining);
