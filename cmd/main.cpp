@@ -53,21 +53,25 @@ constexpr std::array kCommands = std::to_array<NamedCommand>({
     {"manual", betamesh::addManualCommand},
 });
 
+bool isCommand(std::string_view name) {
+    return std::any_of(kCommands.begin(), kCommands.end(), [&](const NamedCommand& c) { return c.name == name; });
+}
+
 /// Adds only the given command, because adding all of them takes a tenth of the startup time; adds all of them for help
 /// and for the manual.
 void addCommands(CLI::App& program, int& exit_code, std::string_view name) {
-    const auto isNamed = [&](const NamedCommand& command) { return command.name == name; };
-    const bool all = name == "manual" || std::none_of(kCommands.begin(), kCommands.end(), isNamed);
+    const bool all = name == "manual" || !isCommand(name);
     for (const NamedCommand& command : kCommands)
-        if (all || isNamed(command)) command.add(program, exit_code);
+        if (all || command.name == name) command.add(program, exit_code);
 }
 
-/// The words of the command line. `help COMMAND` means `COMMAND --help`, as in other programs.
+/// The words of the command line. `help COMMAND` means `COMMAND --help`, as in other programs; of what is no command,
+/// it means the error.
 std::vector<std::string> wordsOf(int argc, char** argv) {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     if (words.empty() || words[0] != "help") return words;
     words.erase(words.begin());
-    words.emplace_back("--help");
+    if (words.empty() || isCommand(words[0])) words.emplace_back("--help");
     return words;
 }
 

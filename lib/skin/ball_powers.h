@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "skin/neighbourhoods.h"
 #include "skin/ball_boundary.h"
+#include "skin/neighbourhoods.h"
 
 #include <algorithm>
 #include <vector>

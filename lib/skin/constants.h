@@ -255,24 +255,25 @@ inline constexpr double kHoleLength = 0.9, kHoleWidth = 1;
 /// (square dx): over these nearness fades to 0.
 inline constexpr double kHoleInside = 0.1, kHoleCircle = 0.15, kHoleCovered = 0.05;
 
-// Pinholes (pinholes.cpp); lengths in dx ------------------------------------------------------------------------------
+// Pinholes (pinholes.cpp); lengths in radii of the smallest of three balls --------------------------------------------
 
 /// Radius of a hole up to which it is narrowed in full, and from twice which on not at all; and half the thickness of a
 /// membrane from which on its dimples stay as they are.
-inline constexpr double kPinholeRadius = 0.4, kPinholeMembrane = 0.15;
-/// Points at a distance r from the axis move to r² / sqrt(r² + the first²), if they are not much nearer than the second;
+inline constexpr double kPinholeRadius = 0.27, kPinholeMembrane = 0.1;
+/// Points at a distance r from the axis move to r² / sqrt(r² + the first²), unless they are nearer than the second;
 /// at most this many times.
-inline constexpr double kPinholeNarrowing = 0.35, kPinholeLeast = 0.05;
+inline constexpr double kPinholeNarrowing = 0.23, kPinholeLeast = 0.033;
 inline constexpr int kPinholeRounds = 2;
 /// How far that reaches along the axis and across it; half of it in full.
-inline constexpr double kPinholeLength = 0.9, kPinholeWidth = 0.7;
+inline constexpr double kPinholeLength = 0.6, kPinholeWidth = 0.47;
 /// Area of what is steep around a pinhole from which on its middle is there rather than between the particles.
-inline constexpr double kPinholeArea = 0.01;
-/// Power, square dx, of the middle between two of the three particles from which on the hole is open to that side.
-inline constexpr double kPinholeSide = 0.2;
-/// Cosine of the angle between the normals at the ends of an edge below which there may be a pinhole, and how far beyond
-/// its joining radius a particle may be from there.
-inline constexpr double kPinholeTurn = 0.8, kPinholeReach = 0.7;
+inline constexpr double kPinholeArea = 0.0044;
+/// By how much less another ball's power is at the middle for the hole to be covered; power of the middle between two
+/// of the three from which on the hole is open to that side.
+inline constexpr double kPinholeCovered = 0.022, kPinholeSide = 0.09;
+/// Cosine of the angle between the normals at the ends of an edge below which there may be a pinhole, and how far
+/// beyond its surface a ball may be from there.
+inline constexpr double kPinholeTurn = 0.8, kPinholeReach = 0.47;
 
 // Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------
 

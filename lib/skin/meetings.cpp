@@ -151,7 +151,7 @@ std::vector<float> keepMeetings(const std::vector<Meeting>& meetings, const std:
             const double least = neck.least * within(std::abs(along), neck.length), r = across.length();
             if (!(r > 0)) return;
             const double pushed = std::sqrt(r * r + least * least) - r;
-            step[v] += Vec3f(across * (pushed * within(r, neck.width) / r * (neck.spacing / surface.spacing())));
+            step[v] += Vec3f(across * (pushed * within(r, neck.width) / r * (neck.unit / surface.spacing())));
         });
     surface.move(step);
     surface.measure();

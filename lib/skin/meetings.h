@@ -13,11 +13,11 @@
 namespace betamesh {
 
 /// A place where two or three balls meet in little more than a point, or are about to meet. Two: a thin neck, or the
-/// tips of two drops. Three, around a point between them: a thin membrane, or a hole that is about to close. World
-/// units.
-struct Meeting : Place {  // axis: along the neck, or perpendicular to the membrane
-    double nearness;             ///< 0 to 1: 1 where the balls touch in a point, 0 far from that
-    double least;                ///< radius that a neck has to have, particle spacings; 0 where there is none
+/// tips of two drops. Three, around a point between them: a thin membrane, or a hole that is about to close. The axis
+/// is along the neck, or perpendicular to the membrane; the unit of lengths is the particle spacing there.
+struct Meeting : Place {
+    double nearness;  ///< 0 to 1: 1 where the balls touch in a point, 0 far from that
+    double least;     ///< radius that a neck has to have; 0 where there is none
 };
 
 /// The meetings of a union of balls. network: its arcs and circles; points: those on its balls, with those towards

@@ -18,7 +18,7 @@ struct Pinhole : Place {
 };
 
 // The balls near edges across which the surface turns; elsewhere, drawing it together would change nothing.
-std::vector<std::uint32_t> ballsNearTurns(const BallBoundary& boundary, double spacing, const DeformingMesh& surface) {
+std::vector<std::uint32_t> ballsNearTurns(const BallBoundary& boundary, const DeformingMesh& surface) {
     std::vector<std::uint8_t> turns(surface.size(), 0);
     for (const Triangle& t : surface.mesh().triangles)
         for (std::size_t k = 0; k < 3; ++k) {
@@ -28,21 +28,20 @@ std::vector<std::uint32_t> ballsNearTurns(const BallBoundary& boundary, double s
         }
     const std::vector<std::uint32_t> sharp =
         indicesWhere(surface.size(), [&](std::uint32_t v) { return turns[v] != 0; });
-    const CellGrid grid(sharp.size(), boundary.worldRadius() + kPinholeReach * spacing,
+    const CellGrid grid(sharp.size(), (1 + kPinholeReach) * boundary.worldRadius(),
                         [&](std::size_t i) { return surface.position()[sharp[i]]; });
     return indicesWhere(boundary.position.size(), [&](std::uint32_t ball) {
-        const Vec3 centre = boundary.centre(ball);
-        const double scale = boundary.scaleOf(ball), reach = scale * (boundary.worldRadius() + kPinholeReach * spacing);
+        const Vec3 centre = boundary.centre(ball), reach((1 + kPinholeReach) * boundary.worldRadiusOf(ball).value);
         bool is_near = false;
-        grid.forRowsIn(centre - Vec3(reach), centre + Vec3(reach), [&](std::uint32_t) { is_near = true; });
+        grid.forRowsIn(centre - reach, centre + reach, [&](std::uint32_t) { is_near = true; });
         return is_near;
     });
 }
 
 class PinholeFinder {
 public:
-    PinholeFinder(const BallBoundary& boundary, double spacing, const std::vector<std::uint32_t>& balls)
-        : powers_(boundary, balls), balls_(balls), spacing_(spacing) {}
+    PinholeFinder(const BallBoundary& boundary, const std::vector<std::uint32_t>& balls)
+        : powers_(boundary, balls), balls_(balls) {}
 
     std::vector<Pinhole> find() const {
         using Found = std::vector<Pinhole>;
@@ -54,12 +53,11 @@ public:
 private:
     // Those between a ball and two others that are as large, with higher rows, or larger.
     void addAt(std::uint32_t ball, std::vector<Pinhole>& found) const {
-        const double there = powers_.spacingOf(std::array{ball}, spacing_), own = powers_.squaredRadius(ball);
-        const double widest = square(2 * kPinholeRadius * there);
+        const double own = powers_.squaredRadius(ball), widest = square(2 * kPinholeRadius) * own;
         const auto farthest = [&](double squared_radius) { return std::sqrt(squared_radius + widest); };
         const Vec3 centre = powers_.centre(ball);
         std::vector<std::uint32_t> near;
-        powers_.forBallsNear(centre, farthest(own) + 2 * kPinholeRadius * there, [&](std::uint32_t other) {
+        powers_.forBallsNear(centre, farthest(own) + std::sqrt(widest), [&](std::uint32_t other) {
             const double theirs = powers_.squaredRadius(other);
             if (std::pair(theirs, other) > std::pair(own, ball) &&
                 (powers_.centre(other) - centre).length2() < square(farthest(own) + farthest(theirs)))
@@ -67,39 +65,37 @@ private:
         });
         std::sort(near.begin(), near.end());
         for (std::size_t i = 0; i < near.size(); ++i)
-            for (std::size_t j = i + 1; j < near.size(); ++j) add({ball, near[i], near[j]}, there, found);
+            for (std::size_t j = i + 1; j < near.size(); ++j) add({ball, near[i], near[j]}, found);
     }
 
-    void add(const Triangle& balls, double there, std::vector<Pinhole>& found) const {
+    void add(const Triangle& balls, std::vector<Pinhole>& found) const {
         const auto [offset, axis, inside, power] = powers_.middleOf(balls);
         if (!(inside > 0)) return;
-        const double size = std::sqrt(std::abs(power)) / there;
+        const double r2 = powers_.squaredRadius(balls[0]), size = std::sqrt(std::abs(power) / r2);
         double narrowing =
             power > 0 ? 1 - smoothStep(size / kPinholeRadius - 1).value : 1 - smoothStep(size / kPinholeMembrane).value;
         narrowing *= smoothStep(inside / kHoleInside).value;
         if (!(narrowing > 0)) return;
         const Vec3 middle = powers_.centre(balls[0]) + offset;
-        const double covered = powers_.leastPower(middle, balls, 2 * kPinholeRadius * there) - power;
-        narrowing *= smoothStep(1 + covered / (kHoleCovered * square(there))).value;
+        const double covered = powers_.leastPower(middle, balls, 2 * kPinholeRadius * std::sqrt(r2)) - power;
+        narrowing *= smoothStep(1 + covered / (kPinholeCovered * r2)).value;
         for (std::size_t k = 0; k < 3 && narrowing > 0; ++k)
-            narrowing *= 1 - smoothStep(gapBetween(balls[k], balls[(k + 1) % 3], balls) / square(there)).value;
-        if (narrowing > 0) found.push_back({{middle, axis, there, kPinholeLength, kPinholeWidth}, narrowing});
+            narrowing *= 1 - smoothStep(gapBetween(balls[k], balls[(k + 1) % 3], balls) / (kPinholeSide * r2)).value;
+        if (narrowing > 0) found.push_back({{middle, axis, std::sqrt(r2), kPinholeLength, kPinholeWidth}, narrowing});
     }
 
-    // How far two of three balls are from closing the gap between them, or others from doing it; 0 where it is closed.
+    // The least power of the middle between two of three balls, or 0 where these or others close the gap between them.
     double gapBetween(std::uint32_t from, std::uint32_t to, const Triangle& balls) const {
         const Vec3 way = powers_.centre(to) - powers_.centre(from);
         const double square_of_way = way.length2(), r2 = powers_.squaredRadius(from);
         const double share = (1 + (r2 - powers_.squaredRadius(to)) / square_of_way) / 2;
         const double gap = share * share * square_of_way - r2;
         if (!(gap > 0)) return 0;
-        return std::max(0.0, std::min(gap, powers_.leastPower(powers_.centre(from) + way * share, balls, 0))) /
-               kPinholeSide;
+        return std::max(0.0, std::min(gap, powers_.leastPower(powers_.centre(from) + way * share, balls, 0)));
     }
 
     BallPowers powers_;
     const std::vector<std::uint32_t>& balls_;
-    double spacing_;
 };
 
 // Calls visit(vertex, across, share) for the vertices around a pinhole, as forVerticesNear(); share: 1, and 0 at the
@@ -112,12 +108,12 @@ void forVerticesAround(const Pinhole& hole, const std::vector<Vec3>& position, c
     });
 }
 
-// The middle of what is steep around a pinhole, from its own middle, in its spacings.
+// The middle of what is steep around a pinhole, from its own middle, in its unit.
 Vec3 middleOfWalls(const Pinhole& hole, const DeformingMesh& surface) {
     Vec3 sum(0);
     double weight = kPinholeArea;
     forVerticesAround(hole, surface.position(), surface, [&](std::uint32_t v, const Vec3& across, double share) {
-        const double area = static_cast<double>(surface.area(v)) * square(surface.spacing() / hole.spacing);
+        const double area = static_cast<double>(surface.area(v)) * square(surface.spacing() / hole.unit);
         const double steep = 1 - square(dot(Vec3(surface.normals()[v]), hole.axis));
         sum += across * (area * square(steep) * share);
         weight += area * square(steep) * share;
@@ -127,20 +123,20 @@ Vec3 middleOfWalls(const Pinhole& hole, const DeformingMesh& surface) {
 
 }  // namespace
 
-void narrowPinholes(const BallBoundary& boundary, double spacing, DeformingMesh& surface) {
-    const std::vector<std::uint32_t> balls = ballsNearTurns(boundary, spacing, surface);
-    std::vector<Pinhole> pinholes = PinholeFinder(boundary, spacing, balls).find();
+void narrowPinholes(const BallBoundary& boundary, DeformingMesh& surface) {
+    const std::vector<std::uint32_t> balls = ballsNearTurns(boundary, surface);
+    std::vector<Pinhole> pinholes = PinholeFinder(boundary, balls).find();
     for (int round = 0; round < kPinholeRounds && !pinholes.empty(); ++round) {
         std::vector<Vec3> sum(surface.size(), Vec3(0));
         std::vector<double> weight(surface.size(), 0);
         for (Pinhole& hole : pinholes) {
-            hole.middle += middleOfWalls(hole, surface) * hole.spacing;
+            hole.middle += middleOfWalls(hole, surface) * hole.unit;
             forVerticesAround(
                 hole, surface.position(), surface, [&](std::uint32_t v, const Vec3& across, double share) {
                     const double r2 = across.length2() + square(kPinholeLeast);
                     const double added = (square(kPinholeNarrowing) - square(kPinholeLeast)) * hole.narrowing;
                     share *= 1 - std::sqrt(r2 / (r2 + added));
-                    sum[v] += across * (share * share * hole.spacing / surface.spacing());
+                    sum[v] += across * (share * share * hole.unit / surface.spacing());
                     weight[v] += share;
                 });
         }

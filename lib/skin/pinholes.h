@@ -13,9 +13,8 @@ namespace betamesh {
 /// are where three balls have their spheres' common points close to the plane of their centres, or would have, were
 /// they a little larger, and other balls close the gaps between them, but not the middle. Continuous in time.
 ///
-/// in      spacing: of the particles with the largest balls, world units
 /// same    for any thread count
 /// cost    O(triangles + balls), and O(neighbours²) for each ball near edges that turn
-void narrowPinholes(const BallBoundary& boundary, double spacing, DeformingMesh& surface);
+void narrowPinholes(const BallBoundary& boundary, DeformingMesh& surface);
 
 }  // namespace betamesh

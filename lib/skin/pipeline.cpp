@@ -90,7 +90,7 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     const std::vector<float> kept = keepMeetings(base.meetings, before_smoothing, surface);
     if (retracted) {
         if (!lengths.isCoarse()) surface.fairSharpParts(kept);  // drops of coarse triangles would shrink
-        narrowPinholes(boundary, particleSpacing(params), surface);
+        narrowPinholes(boundary, surface);
         limitDisplacements(surface, retracted->position, farthestSkinSmoothing(params));
     }
     if (!lengths.isCoarse()) surface.refineOnCurves(lengths.joining);

@@ -105,6 +105,7 @@ TEST(Usage, HelpIsAWordAsWellAsAnOption) {
     EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
     EXPECT_EQ(run({"help", "mesh"}).exit_code, 0);
     EXPECT_EQ(run({"help", "mesh"}).out, run({"mesh", "--help"}).out);
+    EXPECT_EQ(run({"help", "mehs"}).exit_code, 2);
 }
 
 TEST(Usage, TheVersionHasAShortOption) {
