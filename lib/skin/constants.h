@@ -274,6 +274,8 @@ inline constexpr double kPinholeCovered = 0.022, kPinholeSide = 0.09;
 /// Cosine of the angle between the normals at the ends of an edge below which there may be a pinhole, and how far
 /// beyond its surface a ball may be from there.
 inline constexpr double kPinholeTurn = 0.8, kPinholeReach = 0.47;
+/// Larger balls near a ball from which on, as where particles coincide, holes beside it are not looked for.
+inline constexpr std::size_t kMaxPinholeNeighbours = 128;
 
 // Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------
 

@@ -1,6 +1,5 @@
 #include "skin/pinholes.h"
 
-#include "base/cell_grid.h"
 #include "base/parallel.h"
 #include "skin/ball_powers.h"
 #include "skin/constants.h"
@@ -8,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace betamesh {
 
@@ -26,14 +26,18 @@ std::vector<std::uint32_t> ballsNearTurns(const BallBoundary& boundary, const De
             if (surface.normals()[a].dot(surface.normals()[b]) < static_cast<float>(kPinholeTurn))
                 turns[a] = turns[b] = 1;
         }
-    const std::vector<std::uint32_t> sharp =
-        indicesWhere(surface.size(), [&](std::uint32_t v) { return turns[v] != 0; });
-    const CellGrid grid(sharp.size(), (1 + kPinholeReach) * boundary.worldRadius(),
-                        [&](std::size_t i) { return surface.position()[sharp[i]]; });
+    const PointGroups& groups = surface.groups();
+    std::vector<std::uint8_t> has_turns(groups.size());
+    for (std::size_t group = 0; group < groups.size(); ++group)
+        has_turns[group] = std::any_of(turns.begin() + groups.begin(group), turns.begin() + groups.begin(group + 1),
+                                       [](std::uint8_t turning) { return turning != 0; });
     return indicesWhere(boundary.position.size(), [&](std::uint32_t ball) {
-        const Vec3 centre = boundary.centre(ball), reach((1 + kPinholeReach) * boundary.worldRadiusOf(ball).value);
+        const Vec3 centre = boundary.centre(ball);
+        const double reach = (1 + kPinholeReach) * boundary.worldRadiusOf(ball).value;
         bool is_near = false;
-        grid.forRowsIn(centre - reach, centre + reach, [&](std::uint32_t) { is_near = true; });
+        groups.forGroupsNear(
+            Box(centre, centre), [&](double) { return reach; },
+            [&](std::uint32_t group, std::uint32_t) { is_near |= has_turns[group] != 0; });
         return is_near;
     });
 }
@@ -63,9 +67,16 @@ private:
                 (powers_.centre(other) - centre).length2() < square(farthest(own) + farthest(theirs)))
                 near.push_back(other);
         });
+        if (near.size() > kMaxPinholeNeighbours) return;
         std::sort(near.begin(), near.end());
-        for (std::size_t i = 0; i < near.size(); ++i)
-            for (std::size_t j = i + 1; j < near.size(); ++j) add({ball, near[i], near[j]}, found);
+        // Seen from the middle, two of the three sides subtend at least a right angle. So one of those at this ball
+        // does.
+        const double shortest = 2 * own * (1 - square(kPinholeMembrane));
+        const auto far = std::stable_partition(near.begin(), near.end(), [&](std::uint32_t other) {
+            return (powers_.centre(other) - centre).length2() < shortest;
+        });
+        for (auto b = far; b != near.end(); ++b)
+            for (auto c = near.begin(); c != b; ++c) add({ball, *b, *c}, found);
     }
 
     void add(const Triangle& balls, std::vector<Pinhole>& found) const {
