@@ -261,7 +261,7 @@ inline constexpr double kHoleInside = 0.1, kHoleCircle = 0.15, kHoleCovered = 0.
 /// membrane from which on its dimples stay as they are.
 inline constexpr double kPinholeRadius = 0.27, kPinholeMembrane = 0.1;
 /// Points at a distance r from the axis move to r² / sqrt(r² + the first²), unless they are nearer than the second;
-/// at most this many times.
+/// this many times.
 inline constexpr double kPinholeNarrowing = 0.23, kPinholeLeast = 0.033;
 inline constexpr int kPinholeRounds = 2;
 /// How far that reaches along the axis and across it; half of it in full.
@@ -274,7 +274,7 @@ inline constexpr double kPinholeCovered = 0.022, kPinholeSide = 0.09;
 /// Cosine of the angle between the normals at the ends of an edge below which there may be a pinhole, and how far
 /// beyond its surface a ball may be from there.
 inline constexpr double kPinholeTurn = 0.8, kPinholeReach = 0.47;
-/// Larger balls near a ball from which on, as where particles coincide, holes beside it are not looked for.
+/// Number of larger balls near a ball beyond which, as where particles coincide, no holes are looked for beside it.
 inline constexpr std::size_t kMaxPinholeNeighbours = 128;
 
 // Refinement (refine_mesh.cpp); lengths in dx -------------------------------------------------------------------------

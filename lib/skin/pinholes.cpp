@@ -112,9 +112,8 @@ private:
 // Calls visit(vertex, across, share) for the vertices around a pinhole, as forVerticesNear(); share: 1, and 0 at the
 // end of its reach.
 template <typename Visit>
-void forVerticesAround(const Pinhole& hole, const std::vector<Vec3>& position, const DeformingMesh& surface,
-                       const Visit& visit) {
-    forVerticesNear(hole, 0, position, surface, [&](std::uint32_t v, double along, const Vec3& across) {
+void forVerticesAround(const Pinhole& hole, const DeformingMesh& surface, const Visit& visit) {
+    forVerticesNear(hole, 0, surface.position(), surface, [&](std::uint32_t v, double along, const Vec3& across) {
         visit(v, across, within(std::abs(along), hole.length) * within(across.length(), hole.width));
     });
 }
@@ -123,7 +122,7 @@ void forVerticesAround(const Pinhole& hole, const std::vector<Vec3>& position, c
 Vec3 middleOfWalls(const Pinhole& hole, const DeformingMesh& surface) {
     Vec3 sum(0);
     double weight = kPinholeArea;
-    forVerticesAround(hole, surface.position(), surface, [&](std::uint32_t v, const Vec3& across, double share) {
+    forVerticesAround(hole, surface, [&](std::uint32_t v, const Vec3& across, double share) {
         const double area = static_cast<double>(surface.area(v)) * square(surface.spacing() / hole.unit);
         const double steep = 1 - square(dot(Vec3(surface.normals()[v]), hole.axis));
         sum += across * (area * square(steep) * share);
@@ -142,14 +141,13 @@ void narrowPinholes(const BallBoundary& boundary, DeformingMesh& surface) {
         std::vector<double> weight(surface.size(), 0);
         for (Pinhole& hole : pinholes) {
             hole.middle += middleOfWalls(hole, surface) * hole.unit;
-            forVerticesAround(
-                hole, surface.position(), surface, [&](std::uint32_t v, const Vec3& across, double share) {
-                    const double r2 = across.length2() + square(kPinholeLeast);
-                    const double added = (square(kPinholeNarrowing) - square(kPinholeLeast)) * hole.narrowing;
-                    share *= 1 - std::sqrt(r2 / (r2 + added));
-                    sum[v] += across * (share * share * hole.unit / surface.spacing());
-                    weight[v] += share;
-                });
+            forVerticesAround(hole, surface, [&](std::uint32_t v, const Vec3& across, double share) {
+                const double r2 = across.length2() + square(kPinholeLeast);
+                const double added = (square(kPinholeNarrowing) - square(kPinholeLeast)) * hole.narrowing;
+                share *= 1 - std::sqrt(r2 / (r2 + added));
+                sum[v] += across * (share * share * hole.unit / surface.spacing());
+                weight[v] += share;
+            });
         }
         std::vector<Vec3f> step(surface.size(), Vec3f(0));  // means, as one hole may be between several three balls
         for (std::size_t v = 0; v < step.size(); ++v)

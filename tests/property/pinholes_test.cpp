@@ -1,6 +1,5 @@
 // Holes in sheets open gradually.
 
-#include "betamesh/coherence.h"
 #include "betamesh/skin.h"
 #include "mesh/triangle_tree.h"
 
