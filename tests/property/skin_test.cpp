@@ -375,6 +375,30 @@ TEST(Skin, OfEveryCloudIsClosedWithoutCrossingsAndHasTheComponentsOfTheBalls) {
     });
 }
 
+// All are exposed, and rounding decides which neighbours of a particle are seen beside it.
+TEST(Skin, OfAShellIsASphereHoweverSmallTheShellIs) {
+    Random random(29);
+    for (int n = 0; n < 24; ++n) {
+        const double spacing = random.between(0.5, 2), shell = std::pow(10, random.between(-5, -0.5)) * spacing;
+        const Vec3 centre = random.cube() * 3;
+        Particles particles;
+        for (int i = 0; i < 250; ++i) {
+            Vec3 direction = random.ball();
+            while (direction.length2() < 0.01) direction = random.ball();
+            particles.position.emplace_back(centre + direction.normalized() * shell);
+        }
+        SkinParams params = withSpacing(spacing);
+        const double skin = 0.55 * spacing;
+        params.skin = skin;
+        const SkinnedFrame frame = skinFrame(particles, params);
+        const MeshMeasure measure = measureMesh(frame.mesh);
+        EXPECT_EQ(measure.unpaired_edges, 0u) << n;
+        EXPECT_EQ(measure.components, 1u) << n;
+        EXPECT_EQ(measure.euler, 2) << n;
+        for (const Vec3& p : frame.mesh.position) ASSERT_NEAR((p - centre).length(), shell + skin, 0.06 * spacing) << n;
+    }
+}
+
 TEST(Skin, HasAllParticlesInsideHoweverThinOrCoarseItIs) {
     std::uint64_t seed = 0;
     forEveryCloud(60, [&](const Cloud& cloud) {
