@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <bitset>
+#include <utility>
 
 namespace betamesh {
 
@@ -286,13 +287,12 @@ void PatchTree::activate(const Box& box, double distance) {
         stack.pop_back();
         if (!node_[i].box.intersects(around)) continue;
         node_[i].active = 1;
+        if (i < first_leaf_) stack.insert(stack.end(), {2 * i, 2 * i + 1});
+        if (std::exchange(node_[i].was_activated, true)) continue;
         node_[i].facing = 0;
         node_[i].component = 0;
-        if (i < first_leaf_)
-            stack.insert(stack.end(), {2 * i, 2 * i + 1});
-        else
-            for (std::uint32_t k = range_[i - first_leaf_].begin; k < range_[i - first_leaf_].end; ++k)
-                facing_[k] &= kFlat;
+        if (i < first_leaf_) continue;
+        for (std::uint32_t k = range_[i - first_leaf_].begin; k < range_[i - first_leaf_].end; ++k) facing_[k] &= kFlat;
     }
 }
 

@@ -91,6 +91,7 @@ private:
         std::uint64_t facing = ~std::uint64_t{0};  // directions that all triangles of a patch face
         std::uint32_t component = 0;               // of all its triangles; 0: of none, or of several
         std::uint8_t active = 0;
+        bool was_activated = false;  // since then its triangles are compared with all others
     };
     struct Range {
         std::uint32_t begin, end;  // of triangle_ and facing_

@@ -149,24 +149,35 @@ public:
 
     bool isResolved() const { return pairs_.empty(); }
 
-    // Moves the corners of crossing triangles: to the means of their one-rings, then back through each other.
+    // Moves the corners of crossing triangles: to the means of their one-rings, then back through each other. Where
+    // more cross then, as among triangles much smaller than the steps, all return to where they were.
     void relaxCorners() {
-        for (int i = 0; i < kCornerRelaxations && !isResolved(); ++i)
-            moveCorners([&] { moveToRingMeans(pairs_, tree_, mesh_); });
-        for (int i = 0; i < kMovesBack && !isResolved(); ++i)
-            moveCorners([&] { moveBackThrough(pairs_, from_, kMoveBack * radius_, mesh_); });
+        if (isResolved()) return;
+        const std::size_t most = pairs_.size();
+        const std::vector<DualVec3> start = mesh_.vertex;
+        for (int i = 0; i < kCornerRelaxations + kMovesBack && !isResolved() && pairs_.size() <= most; ++i)
+            moveCorners([&] {
+                if (i < kCornerRelaxations)
+                    moveToRingMeans(pairs_, tree_, mesh_);
+                else
+                    moveBackThrough(pairs_, from_, kMoveBack * radius_, mesh_);
+            });
+        if (pairs_.size() > most) moveCorners([&] { mesh_.vertex = start; });
     }
 
     // Reduces the displacements of crossing triangles, after some rounds to nothing, until none cross or nothing is
     // left to reduce.
     void reduceDisplacements() {
         DisplacementLimits limits(from_, radius_, mesh_);
-        for (int round = 0; !isResolved();) {
+        int round = 0, in_vain = 0;
+        for (std::size_t least = ~std::size_t{0}; !isResolved();) {
             tree_.deactivateAll();
             activateNear(1);
             const bool all_the_way = round >= kMaxReductionRounds, any = limits.reduce(pairs_, all_the_way, tree_);
             if (!any && all_the_way) break;
-            round = any ? round + 1 : kMaxReductionRounds;
+            in_vain = pairs_.size() < least ? 0 : in_vain + 1;
+            least = std::min(least, pairs_.size());
+            round = any && in_vain < kMaxRoundsInVain ? round + 1 : kMaxReductionRounds;
             tree_.keepActive(
                 [&](std::uint32_t v) { return mesh_.vertex[v].position != limits.limitedPosition(v).position; });
             activateNear(0);
