@@ -162,7 +162,7 @@ public:
                 else
                     moveBackThrough(pairs_, from_, kMoveBack * radius_, mesh_);
             });
-        if (pairs_.size() > most) moveCorners([&] { mesh_.vertex = start; });
+        if (pairs_.size() > most) returnTo(start);
     }
 
     // Reduces the displacements of crossing triangles, after some rounds to nothing, until none cross or nothing is
@@ -228,6 +228,23 @@ private:
         tree_.deactivateAll();
         activateNear(0.5);
         move();
+        tree_.refit();
+        pairs_ = crossingPairs(tree_, mesh_);
+    }
+
+    void returnTo(const std::vector<DualVec3>& start) {
+        const auto hasMoved = [&](std::uint32_t v) { return mesh_.vertex[v].position != start[v].position; };
+        tree_.deactivateAll();
+        for (const Triangle& t : mesh_.triangles) {
+            if (std::none_of(t.begin(), t.end(), hasMoved)) continue;
+            Box box;
+            for (const std::uint32_t v : t) {
+                box.extendBy(mesh_.vertex[v].position);
+                box.extendBy(start[v].position);
+            }
+            tree_.activate(box, 0);
+        }
+        mesh_.vertex = start;
         tree_.refit();
         pairs_ = crossingPairs(tree_, mesh_);
     }
