@@ -79,6 +79,7 @@ nb::object reportOf(const MeshObject& object) {
     dict["double_sided_triangles"] = counts.double_sided_triangles;
     dict["degenerate_edges"] = counts.degenerate_edges;
     dict["tendril_particles"] = counts.tendril_particles;
+    dict["crossings"] = counts.crossings;
     dict["vertices"] = object.mesh.position.size();
     dict["triangles"] = object.mesh.triangles.size();
     return dict;

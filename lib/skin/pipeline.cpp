@@ -73,8 +73,9 @@ BaseSurface baseSurface(const Particles& particles, Structure& structure, const 
     return base;
 }
 
-// Moves the vertices to the skin and smooths it.
-void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const SkinParams& params, BetaMesh& mesh) {
+// Moves the vertices to the skin and smooths it. Returns how many pairs of triangles still cross.
+std::size_t moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const SkinParams& params,
+                       BetaMesh& mesh) {
     DeformingMesh surface(mesh, particleSpacing(params));
     const SkinLengths lengths = skinLengths(params);
     retract(base.outer, lengths, surface);
@@ -102,17 +103,21 @@ void moveToSkin(const BaseSurface& base, const BallBoundary& boundary, const Ski
     const auto resolve = [&](const DualPoints& from, bool is_last) {
         return resolveSelfIntersections(boundary, from, mesh, true, is_last);
     };
-    if (!retracted || !resolve(*retracted, false)) resolve(on_balls, true);
-    for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round) resolve(on_balls, true);
+    std::size_t crossings = retracted ? resolve(*retracted, false) : 0;
+    if (!retracted || crossings > 0) crossings = resolve(on_balls, true);
+    for (int round = 0; round < kMaxRestorations && particles.restore(on_balls); ++round)
+        crossings = resolve(on_balls, true);
     const double depth = effectiveSkinDepth(params) / particleSpacing(params);
     unfold(surface.normals(), surface.spacing(), std::min(kMaxDiagonalDistance, kMaxDiagonalShare * depth), mesh);
+    return crossings;
 }
 
-BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const SkinParams& params) {
+BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const SkinParams& params,
+                         SkinReport& report) {
     BetaMesh mesh = std::move(base.mesh);
     if (hasSkin(params)) {
         std::exchange(mesh.rim_distance, {});  // large
-        moveToSkin(base, boundary, params, mesh);
+        report.crossings = moveToSkin(base, boundary, params, mesh);
         std::exchange(base.outer, {});
         mergeCoincidentVertices(mesh);
         return mesh;
@@ -120,7 +125,7 @@ BetaMesh smoothedSurface(BaseSurface&& base, const BallBoundary& boundary, const
     const DualPoints from = base.smoother ? base.smoother->smooth(mesh) : dualPoints(mesh.vertex);
     base.smoother.reset();
     std::exchange(mesh.rim_distance, {});  // large
-    resolveSelfIntersections(boundary, from, mesh);
+    report.crossings = resolveSelfIntersections(boundary, from, mesh);
     mergeCoincidentVertices(mesh);
     return mesh;
 }
@@ -144,11 +149,12 @@ Mesh completeSurface(const Particles& particles, Structure& structure, const std
     const BallBoundary& boundary = structure.boundary;
     BaseSurface base = baseSurface(particles, structure, balls, params, report);
     watch(Stage::tessellate);
-    BetaMesh surface = smoothedSurface(std::move(base), boundary, params);
+    BetaMesh surface = smoothedSurface(std::move(base), boundary, params, report);
     watch(Stage::smooth);
     if (!particles.velocity.empty())
         limitVelocities(boundary, balls, motionReach(params), vertexNormals(surface), surface);
-    if (!params.walls.empty()) layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
+    if (!params.walls.empty())
+        report.crossings = layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
     std::vector<Attribute> measured = measuredAttributes(surface, params);
     scale = scalesOfUsed(surface);
     Mesh mesh = asMesh(std::move(surface));

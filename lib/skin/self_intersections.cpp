@@ -147,6 +147,7 @@ public:
           tree_(mesh, from.position, radius_, crossingFreeComponents(boundary, from.position, mesh)),
           pairs_(crossingPairs(tree_, mesh)) {}
 
+    std::size_t count() const { return pairs_.size(); }
     bool isResolved() const { return pairs_.empty(); }
 
     // Moves the corners of crossing triangles: to the means of their one-rings, then back through each other. Where
@@ -189,9 +190,12 @@ public:
         }
     }
 
-    // Moves crossing triangles apart by a few units of single precision, by more with each attempt.
+    // Moves crossing triangles apart by a few units of single precision, by more with each attempt; back if more cross
+    // then.
     void separate() {
         if (isResolved()) return;
+        const std::size_t most = pairs_.size();
+        const std::vector<DualVec3> start = mesh_.vertex;
         double largest = 0;  // absolute coordinate
         for (const Vec3& p : from_.position)
             for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(p[k]));
@@ -205,6 +209,7 @@ public:
                 else
                     moveToRingMeans(pairs_, tree_, mesh_);
             });
+        if (pairs_.size() > most) returnTo(start);
     }
 
 private:
@@ -258,15 +263,15 @@ private:
 
 }  // namespace
 
-bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh, bool moves_corners,
-                              bool is_last) {
-    if (mesh.triangles.empty()) return true;
+std::size_t resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
+                                     bool moves_corners, bool is_last) {
+    if (mesh.triangles.empty()) return 0;
     roundToFloats(mesh);
     CrossingResolver crossings(boundary, from, mesh);
     if (moves_corners) crossings.relaxCorners();
     crossings.reduceDisplacements();
     if (is_last) crossings.separate();
-    return crossings.isResolved();
+    return crossings.count();
 }
 
 }  // namespace betamesh

@@ -24,11 +24,12 @@ namespace betamesh {
 /// in      from: positions of the vertices before the displacement, where no two triangles cross except by rounding.
 ///         moves_corners: as said above. is_last: no other initial positions can be tried, so triangles that cross even
 ///         there are moved apart
-/// out     rounded positions; true if no triangles cross
+/// out     rounded positions; the number of pairs of triangles that still cross: 0 but where so many balls meet so near
+///         each other that single precision cannot tell them apart
 /// same    bytes for any thread count
 /// cost    O(triangles), plus the pairs of triangles near each other
 /// source  a surface over a plane does not cross itself: Volino & Magnenat-Thalmann 1994
-bool resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
-                              bool moves_corners = false, bool is_last = true);
+std::size_t resolveSelfIntersections(const BallBoundary& boundary, const DualPoints& from, BetaMesh& mesh,
+                                     bool moves_corners = false, bool is_last = true);
 
 }  // namespace betamesh

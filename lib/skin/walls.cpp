@@ -15,7 +15,8 @@ DualVec3 laidAgainst(const Wall& wall, double spacing, const DualVec3& point) {
     return point + normal * (distance * (1 - share) * ((1 - kWallRemainder) * spacing));
 }
 
-void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallBoundary& boundary, BetaMesh& mesh) {
+std::size_t layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallBoundary& boundary,
+                            BetaMesh& mesh) {
     const DualPoints from = dualPoints(mesh.vertex);
     std::vector<DualVec3> displacement(mesh.vertex.size());
     parallelFor(mesh.vertex.size(), 4096, [&](std::size_t v) {
@@ -26,7 +27,7 @@ void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallB
     });
     blendFading(mesh.fading, displacement);
     parallelFor(mesh.vertex.size(), 4096, [&](std::size_t v) { mesh.vertex[v] = mesh.vertex[v] + displacement[v]; });
-    resolveSelfIntersections(boundary, from, mesh, true);
+    return resolveSelfIntersections(boundary, from, mesh, true);
 }
 
 }  // namespace betamesh

@@ -19,9 +19,10 @@ DualVec3 laidAgainst(const Wall& wall, double spacing, const DualVec3& point);
 ///
 /// in      a mesh without self-intersections; spacing: of the particles, of the largest if their sizes differ, world
 ///         units
-/// out     positions and velocities; rounded positions, as resolveSelfIntersections()
+/// out     positions and velocities; rounded positions and a number of crossings, as resolveSelfIntersections()
 /// same    bytes for any thread count
 /// cost    O(vertices · walls), plus that of resolveSelfIntersections()
-void layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallBoundary& boundary, BetaMesh& mesh);
+std::size_t layAgainstWalls(const std::vector<Wall>& walls, double spacing, const BallBoundary& boundary,
+                            BetaMesh& mesh);
 
 }  // namespace betamesh

@@ -130,7 +130,7 @@ Mesh skinned(const UnequalCloud& cloud, double spacing, const std::vector<Wall>&
     const DualPoints retracted = dualPoints(mesh.vertex);
     smoothSkin(surface, widestSkinFit(params), farthestSkinSmoothing(params), 1);
     surface.writePositions();
-    if (!resolveSelfIntersections(boundary, retracted, mesh, true, false))
+    if (resolveSelfIntersections(boundary, retracted, mesh, true, false) > 0)
         resolveSelfIntersections(boundary, on_balls, mesh, true);
     if (!walls.empty()) layAgainstWalls(walls, spacing, boundary, mesh);
     return asMesh(std::move(mesh));

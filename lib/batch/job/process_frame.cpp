@@ -139,6 +139,11 @@ Surface surfaceOf(SharedFrame& frame, const FrameInput& liquid, const FrameTask&
     }
     if (skinned.mesh.triangles.empty() && plan.skin.box)
         warnOf("the mesh is empty: no part of the surface is inside surface.box (--surface-box)", task.output, result);
+    if (skinned.report.crossings > 0)
+        warnOf("the surface crosses itself at " + std::to_string(skinned.report.crossings) +
+                   " pairs of triangles (check lists them): so many particles lie so near each other that single "
+                   "precision cannot tell them apart. Is the spacing right?",
+               task.output, result);
     const auto write = [&frame, &mesh = skinned.mesh, &task, &plan, &result] {
         std::optional<OutputFile> file;
         std::future<void> on_disk;  // waiting for the disk should occupy no worker thread

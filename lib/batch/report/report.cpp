@@ -130,6 +130,7 @@ void addSurface(const FrameResult& result, Json& json) {
     json["droplet_particles"] = result.skin.droplet_particles;
     json["tendril_particles"] = result.skin.tendril_particles;
     json["bubbles_filled"] = result.skin.bubbles_filled;
+    json["crossings"] = result.skin.crossings;
     json["vertices"] = result.vertices;
     json["triangles"] = result.triangles;
     json["spheres"] = result.spheres;

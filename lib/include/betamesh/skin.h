@@ -47,6 +47,9 @@ struct SkinReport {
     std::size_t droplet_particles = 0;  ///< distinct
     std::size_t tendril_particles = 0;  ///< distinct
     std::size_t bubbles_filled = 0;
+    /// Pairs of triangles that cross although the surface is meant to be free of crossings: 0, but where so many balls
+    /// meet so near each other that single precision cannot tell them apart. Not counted with the paper's tessellation.
+    std::size_t crossings = 0;
 };
 
 /// Result of skinFrame().
