@@ -85,7 +85,7 @@ MeshCheck expectAClosedManifold(const Tessellated& made) {
 }  // namespace
 
 TEST(CompleteMesh, IsAClosedManifoldWithoutCrossingsForEveryCloud) {
-    forEveryCloud(800, [](const Cloud& cloud) {
+    forEveryCloud(400, [](const Cloud& cloud) {
         for (const Appearance appearance : {Appearance::on_boundary, Appearance::gradual}) {
             const MeshCheck check = expectAClosedManifold(tessellated(cloud.particles, cloud.radius, appearance));
             EXPECT_EQ(check.crossings.count, 0u) << "the deepest: " << check.deepest / cloud.radius << " radii";
@@ -105,7 +105,7 @@ TEST(CompleteMesh, IsAClosedManifoldWithoutCrossingsForEverySubdivision) {
 
 // Spheres that nearly share one point or two have arcs, lenses and gaps of all sizes down to rounding.
 TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyShareAPoint) {
-    for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    for (std::uint64_t seed = 0; seed < 1500; ++seed) {
         Random random(seed);
         const double radius = seed % 3 == 0 ? 1 : 0.3 + 0.75 * random.unit();
         const double off = std::pow(10, -1 - 14 * random.unit());
@@ -127,7 +127,7 @@ TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyShareAPoint) {
 // nearly the same point, some at a vertex of the mesh.
 TEST(CompleteMesh, IsAClosedManifoldWhereBallsNearlyTouch) {
     const std::vector<Vec3> vertices = icosphere(4).position;
-    for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    for (std::uint64_t seed = 0; seed < 250; ++seed) {
         Random random(seed);
         Particles particles;
         particles.position.emplace_back(random.cube());

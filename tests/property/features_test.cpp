@@ -209,7 +209,7 @@ TEST(Features, EveryParticleIsInsideTheMeshOrOneOfTheSpheres) {
 }
 
 TEST(Features, TheMeshIsAClosedManifoldUnderEveryCombination) {
-    forEveryCloud(50, [](const Cloud& cloud) {
+    forEveryCloud(20, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         forEveryCombination(cloud, [&](SkinParams params) {
             if (cloud.particles.size() < 60) params.skin.reset();
@@ -309,7 +309,7 @@ TEST(Features, FillingChangesNoOtherVertexOfTheMeshSmoothedOnTheBalls) {
 }
 
 TEST(Features, AreTheSameForEveryParticleOrderAndThreadCount) {
-    forEveryCloud(30, [](const Cloud& cloud) {
+    forEveryCloud(10, [](const Cloud& cloud) {
         if (cloud.particles.size() > 400) return;
         forEveryCombination(cloud, [&](SkinParams params) {
             params.components = true;

@@ -164,7 +164,7 @@ TEST(NearSurface, DoesNotChangeTheFrameOfAnyBlock) {
 }
 
 TEST(NearSurface, DoesNotChangeTheFrameOfAnyCloud) {
-    forEveryCloud(100, [](const Cloud& cloud) {
+    forEveryCloud(50, [](const Cloud& cloud) {
         SkinParams params;
         params.radius = cloud.radius;
         std::size_t left_out = 0;

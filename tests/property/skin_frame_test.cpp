@@ -132,7 +132,7 @@ TEST(SkinFrame, DenseClustersAreOneComponentOfTheRightGenus) {
 }
 
 TEST(SkinFrame, IsTheSameForEveryParticleOrderAndThreadCount) {
-    forEveryCloud(50, [](const Cloud& cloud) {
+    forEveryCloud(20, [](const Cloud& cloud) {
         std::vector<SkinParams> kinds(4, withRadius(cloud.radius));
         kinds[1] = asInThePaper(cloud.radius);
         kinds[1].resolve_intersections = true;

@@ -78,7 +78,7 @@ void expectSame(const SkinnedPlane& one, const SkinnedPlane& other) {
 }  // namespace
 
 TEST(SkinPlane, CurvesAreClosedAndFinite) {
-    forEveryPlanarCloud(300, [](const Cloud& cloud) {
+    forEveryPlanarCloud(150, [](const Cloud& cloud) {
         for (const SkinParams& params : everyWay(cloud)) {
             const SkinnedPlane plane = skinPlane(cloud.particles, params);
             EXPECT_EQ(measureCurves(plane.curves).unpaired_ends, 0u);
@@ -114,7 +114,7 @@ TEST(SkinPlane, TurningNumbersAreThoseOfTheBoundaryBeforeSmoothing) {
 }
 
 TEST(SkinPlane, DoesNotDependOnOrderOrThreads) {
-    forEveryPlanarCloud(60, [](const Cloud& cloud) {
+    forEveryPlanarCloud(25, [](const Cloud& cloud) {
         for (const SkinParams& params : everyWay(cloud)) {
             const SkinnedPlane one = skinPlane(cloud.particles, params);
             expectSame(one, skinPlane(shuffled(cloud.particles, 7), params));
@@ -336,7 +336,7 @@ TEST(SkinPlane, RowsThatComeNearStayThin) {
 }
 
 TEST(SkinPlane, SkinsDoNotCrossAndEncloseEveryParticleInTheSameComponents) {
-    forEveryPlanarCloud(150, [](const Cloud& cloud) {
+    forEveryPlanarCloud(60, [](const Cloud& cloud) {
         std::vector<SkinParams> all(5, paramsFor(cloud));
         all[1].arc_subdivisions = 1;
         all[2].skin = 0.3 * cloud.radius;

@@ -190,7 +190,7 @@ TEST(SurfaceAttributes, TellThreadsSheetsAndBulk) {
 }
 
 TEST(SurfaceAttributes, AreFiniteOfEveryCloudAndLeaveTheMeshAsItIs) {
-    forEveryCloud(150, [](const Cloud& cloud) {
+    forEveryCloud(60, [](const Cloud& cloud) {
         if (cloud.particles.size() > 1000) return;
         SkinParams params = measuring(cloud.radius / 1.5);
         const Mesh mesh = skinFrame(cloud.particles, params).mesh;

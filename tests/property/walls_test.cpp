@@ -73,7 +73,7 @@ TEST(Walls, TheSurfaceIsFlatAgainstThem) {
 }
 
 TEST(Walls, LeaveEveryCloudClosedWithoutCrossings) {
-    forEveryCloud(150, [](const Cloud& cloud) {
+    forEveryCloud(60, [](const Cloud& cloud) {
         if (cloud.particles.size() > 1000 || cloud.particles.size() == 0) return;
         Vec3 low(cloud.particles.position[0]), middle(0);
         for (const Vec3f& p : cloud.particles.position) {
