@@ -191,6 +191,7 @@ InputFrames particleFrames(const std::string& path, const std::map<std::string, 
     input.path = path;
     const InputFrames frames = inputFrames(input);
     formatOf(frames.pattern.text, FileKind::particles, Access::read);
+    if (frames.pattern.numbered && frames.files.empty()) throw noFileOnDisk(frames.pattern);
     return frames;
 }
 

@@ -45,7 +45,7 @@ void addMeshAxisOption(CLI::App& command, std::map<std::string, std::string>& va
 
 /// The input of --particles: one file for all meshes, or a file or time sample for each frame.
 ///
-/// errors  an extension that particles do not have; those of inputFrames()
+/// errors  an extension that particles do not have; a pattern without any file on disk; those of inputFrames()
 InputFrames particleFrames(const std::string& path, const std::map<std::string, std::string>& values);
 
 /// The particles of the frame of a mesh. The frame of a mesh file without a number is that of its manifest.

@@ -193,7 +193,8 @@ TEST(Check, WrongUsageAndUnreadableFilesHaveDifferentExitCodes) {
                                                   {"check", "good.xyz"},
                                                   {"check", "good.ply", "--radius", "1"},
                                                   {"check", "good.ply", "--tolerance", "-1"},
-                                                  {"check", "good.ply", "--particles", "p.fbx"}})
+                                                  {"check", "good.ply", "--particles", "p.fbx"},
+                                                  {"check", "good.ply", "--particles", "absent.####.vdb"}})
         EXPECT_EQ(runProgram(words, folder.path()).exit_code, 2);
     EXPECT_EQ(runProgram({"check", "good.ply", "--particles", "absent.vdb"}, folder.path()).exit_code, 1);
     const Outcome broken = runProgram({"check", "--json", "broken.ply", "good.ply"}, folder.path());

@@ -337,7 +337,7 @@ TEST(Preview, ErrorsOfFewSamplesAreSmallAndUncorrelated) {
     const auto [mesh, spheres] = partlyShadowed();
     RenderSettings settings = smallSettings();
     settings.layers = false;
-    settings.samples = 1024;
+    settings.samples = 512;
     const Picture exact = renderFrame(mesh, spheres, kFromAbove, settings);
     double last = 1;
     for (const int samples : {4, 8, 32, 128}) {

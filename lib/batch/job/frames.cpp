@@ -282,6 +282,10 @@ std::string frameName(const FramePattern& pattern, int frame) {
     return joined(pattern.parts, zeroFilled(frame, pattern.width));
 }
 
+Error noFileOnDisk(const FramePattern& pattern) {
+    return Error("'" + pattern.text + "': no such file on disk. Expected names such as " + frameName(pattern, 1));
+}
+
 bool isFrameOf(const FramePattern& pattern, const std::string& path) {
     const auto canonical = [](const std::string& file) {
         std::error_code ignored;
@@ -387,8 +391,7 @@ std::vector<std::string> filesNamed(const std::vector<std::string>& names) {
             continue;
         }
         const auto on_disk = framesOnDisk(pattern);
-        if (on_disk.empty())
-            throw Error("'" + name + "': no such file on disk. Expected names such as " + frameName(pattern, 1));
+        if (on_disk.empty()) throw noFileOnDisk(pattern);
         for (const auto& file : on_disk) files.push_back(file.second);
     }
     return files;
@@ -440,8 +443,7 @@ std::vector<int> chosenFrames(const std::string& frames, const FramePattern& inp
     if (!input.numbered) return {frameInName(input.text)};
     std::vector<int> chosen;
     for (const auto& file : on_disk) chosen.push_back(file.first);
-    if (chosen.empty())
-        throw Error("'" + input.text + "': no such file on disk. Expected names such as " + frameName(input, 1));
+    if (chosen.empty()) throw noFileOnDisk(input);
     return chosen;
 }
 

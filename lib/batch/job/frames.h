@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "betamesh/error.h"
+
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -62,6 +64,9 @@ std::string folderOf(const std::string& file);
 /// All files on disk whose name frameName() can produce, by frame; of negative frames also those that are padded
 /// without the minus sign (-0012 for ####). None if the folder does not exist.
 std::map<int, std::string> framesOnDisk(const FramePattern& pattern);
+
+/// The error that no file of a pattern is there.
+Error noFileOnDisk(const FramePattern& pattern);
 
 /// The file of a frame among framesOnDisk(); frameName() if it is not there.
 std::string fileOfFrame(const FramePattern& pattern, const std::map<int, std::string>& on_disk, int frame);
