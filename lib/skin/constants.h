@@ -430,8 +430,7 @@ inline constexpr int kMovesBack = 6;
 inline constexpr double kMoveBack = 0.002;
 /// Kernel width of mean displacements, and the edge of cells whose triangles count as one element in them.
 inline constexpr double kMeanDisplacementKernel = 0.5, kDisplacementCell = 0.0625;
-/// Rounds, and rounds in succession that leave no fewer crossings, after which vertices that still cross return to
-/// where they came from.
+/// Rounds, and rounds in a row without fewer crossings, after which vertices that still cross return to their origins.
 inline constexpr int kMaxReductionRounds = 24, kMaxRoundsInVain = 4;
 /// Share of the crossing-free displacement that is used, < 1: stays clear of the contact.
 inline constexpr double kContactMargin = 0.999;

@@ -4,14 +4,17 @@
 #include "base/cell_grid.h"
 #include "base/octaves.h"
 #include "base/parallel.h"
+#include "betamesh/skin_params.h"
 #include "skin/arcs.h"
 #include "skin/ball_boundary.h"
 #include "skin/constants.h"
 #include "skin/coverage.h"
 #include "skin/face_points.h"
+#include "skin/near_surface.h"
 #include "skin/velocity.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -19,25 +22,16 @@ namespace betamesh {
 
 namespace {
 
-// Rows of the snapped particles that bound the union of larger balls, and perhaps of others. Among balls of one radius
-// those are the particles exposed at the smaller radius: the part of space that is nearest to a particle is convex, so
-// where it reaches out to the larger radius it contains points at the smaller one. With different radii a ball may
-// emerge as all grow.
-std::vector<std::uint32_t> rowsToEnlarge(const SnappedParticles& snapped, const BallBoundary& boundary) {
-    return snapped.size_classes ? allRows(snapped.size()) : boundary.snapped_row;
-}
-
-// Snapped particles as ordinary particles.
-Particles unsnapped(const Particles& particles, const SnappedParticles& snapped,
-                    const std::vector<std::uint32_t>& rows) {
-    Particles of_rows;
-    of_rows.position.resize(rows.size());
-    of_rows.velocity.resize(particles.velocity.empty() ? 0 : rows.size());
-    parallelFor(rows.size(), 8192, [&](std::size_t i) {
-        of_rows.position[i] = Vec3f(toDouble(snapped.position[rows[i]]) * snapped.quantum);
-        if (!of_rows.velocity.empty()) of_rows.velocity[i] = particles.velocity[snapped.row[rows[i]]];
+// Snapped particles as ordinary particles, in the same order.
+Particles unsnapped(const Particles& particles, const SnappedParticles& snapped) {
+    Particles all;
+    all.position.resize(snapped.size());
+    all.velocity.resize(particles.velocity.empty() ? 0 : snapped.size());
+    parallelFor(snapped.size(), 8192, [&](std::size_t i) {
+        all.position[i] = Vec3f(toDouble(snapped.position[i]) * snapped.quantum);
+        if (!all.velocity.empty()) all.velocity[i] = particles.velocity[snapped.row[i]];
     });
-    return of_rows;
+    return all;
 }
 
 // Is some ball's centre at most this far from a point? In quanta.
@@ -51,20 +45,33 @@ bool anyWithin(const BallBoundary& boundary, const CellGrid& grid, const Vec3& p
     return any;
 }
 
-// Particles that may be exposed at the larger radius: those not certainly covered. Different radii: nor far from all
-// that are exposed at the smaller radius. On the way from a ball's centre to a point that is exposed at the larger
-// radius, one leaves the smaller balls: the ball where this happens is exposed, and its centre no farther than the
-// largest of the smaller radii and of the larger ones together.
+// How far the centre of a ball that is exposed at the larger radius L can be from that of one exposed at the smaller R,
+// in world units. On the way from its centre to a point that is exposed at L, one leaves the smaller balls where one of
+// them is exposed, k. Different radii: the two centres are at most R and L from there. One radius: no centre is nearer
+// to the point than L, so k would be the ball itself, were it not that the grid of L moves centres by up to √3/2 of its
+// quantum q. With s >= L - R - q the distance that is left to the point, the directions from there to both centres
+// differ by a chord of at most √(2 √3 q L / (s R)), and the distances by at most √3 q.
+double reachToExposed(const SnappedParticles& larger, const BallBoundary& boundary) {
+    const double quantum = larger.quantum, radius = boundary.worldRadius();
+    const double outer = static_cast<double>(larger.radius) * quantum, both = 1.001 * (outer + radius);
+    const double left = outer - radius - quantum;
+    if (larger.size_classes || !(left > 0)) return both;
+    return std::min(both, 2 * std::sqrt(quantum * outer * radius / left) + 2 * quantum);
+}
+
+// Particles that may be exposed at the larger radius: those not certainly covered, and near one that is exposed at the
+// smaller radius.
 std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, const SnappedParticles& snapped,
                                               const BallBoundary& boundary) {
     std::vector<std::uint32_t> candidates = exposureCandidates(larger);
-    if (!snapped.size_classes) return candidates;
-    const double reach =
-        1.001 * (boundary.worldRadius() + static_cast<double>(larger.radius) * larger.quantum) / boundary.quantum;
-    const CellGrid grid(boundary.position.size(), reach,
+    std::vector<std::uint8_t> is_exposed(snapped.size(), 0);
+    for (const std::uint32_t row : boundary.snapped_row) is_exposed[row] = 1;
+    const double reach = reachToExposed(larger, boundary) / boundary.quantum;
+    const CellGrid grid(boundary.position.size(), 2 * reach,
                         [&](std::size_t ball) { return toDouble(boundary.position[ball]); });
     const std::vector<std::uint32_t> near = indicesWhere(candidates.size(), [&](std::uint32_t k) {
-        return anyWithin(boundary, grid, toDouble(snapped.position[larger.row[candidates[k]]]), reach);
+        const std::uint32_t row = larger.row[candidates[k]];
+        return is_exposed[row] || anyWithin(boundary, grid, toDouble(snapped.position[row]), reach);
     });
     for (std::size_t k = 0; k < near.size(); ++k) candidates[k] = candidates[near[k]];
     candidates.resize(near.size());
@@ -73,7 +80,13 @@ std::vector<std::uint32_t> exposureCandidates(const SnappedParticles& larger, co
 
 // The particles with larger balls, of which the largest has this radius.
 SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& particles, double radius) {
-    if (!snapped.size_classes) return snapParticles(particles, radius);
+    if (!snapped.size_classes) {
+        SkinParams params;
+        params.radius = radius;
+        NearSurfaceFinder finder(params);
+        finder.add(particles.position);
+        return snapParticles(particles, radius, finder.find());
+    }
     std::vector<double> radii(snapped.size());
     for (std::size_t i = 0; i < radii.size(); ++i)
         radii[i] = radius * (static_cast<double>(snapped.radius_of[i]) / static_cast<double>(snapped.radius));
@@ -83,17 +96,16 @@ SnappedParticles enlarged(const SnappedParticles& snapped, const Particles& part
 }
 
 // Sets the rates of the larger balls' radii, which are in proportion to those of the smaller ones; 0 for balls that are
-// covered among the smaller ones. rows: of the snapped particles that were enlarged.
-void setRadiusRates(const std::vector<std::uint32_t>& rows, const BallBoundary& boundary, BallBoundary& outer) {
+// covered among the smaller ones.
+void setRadiusRates(const BallBoundary& boundary, BallBoundary& outer) {
     if (boundary.radius_rate.empty()) return;
     const double factor = outer.worldRadius() / boundary.worldRadius();
-    const std::vector<std::uint32_t>& exposed = boundary.snapped_row;
     outer.radius_rate.assign(outer.position.size(), 0);
     for (std::size_t b = 0; b < outer.row.size(); ++b) {
-        const std::uint32_t row = rows[outer.row[b]];
-        const auto found = std::lower_bound(exposed.begin(), exposed.end(), row);
-        if (found != exposed.end() && *found == row)
-            outer.radius_rate[b] = factor * boundary.radius_rate[static_cast<std::size_t>(found - exposed.begin())];
+        const auto& rows = boundary.snapped_row;
+        const auto found = std::lower_bound(rows.begin(), rows.end(), outer.row[b]);
+        if (found != rows.end() && *found == outer.row[b])
+            outer.radius_rate[b] = factor * boundary.radius_rate[static_cast<std::size_t>(found - rows.begin())];
     }
 }
 
@@ -255,12 +267,11 @@ std::vector<float> weightsOfPoints(const BallBoundary& boundary, const ArcNetwor
 OuterSamples outerSamples(const Particles& particles, const SnappedParticles& snapped, const BallBoundary& boundary,
                           const SkinLengths& lengths, double spacing) {
     const double radius = lengths.outer() * spacing;
-    const std::vector<std::uint32_t> rows = rowsToEnlarge(snapped, boundary);
-    const Particles all = unsnapped(particles, snapped, rows);
+    const Particles all = unsnapped(particles, snapped);
     const SnappedParticles larger = enlarged(snapped, all, radius);
     Icosphere directions = icosphereOf(kOuterFaceAngle);
     BallBoundary outer = ballBoundary(larger, exposureCandidates(larger, snapped, boundary), directions.position);
-    setRadiusRates(rows, boundary, outer);
+    setRadiusRates(boundary, outer);
     const std::vector<DualVec3> balls = ballCentres(outer, all);
     ArcSubdivision subdivision;
     subdivision.max_angle = kOuterArcAngle;
