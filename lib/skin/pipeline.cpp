@@ -154,7 +154,8 @@ Mesh completeSurface(const Particles& particles, Structure& structure, const std
     if (!particles.velocity.empty())
         limitVelocities(boundary, balls, motionReach(params), vertexNormals(surface), surface);
     if (!params.walls.empty())
-        report.crossings = layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
+        report.crossings +=  // what has not moved is not compared again
+            layAgainstWalls(params.walls, particleSpacing(params), boundary, surface);
     std::vector<Attribute> measured = measuredAttributes(surface, params);
     scale = scalesOfUsed(surface);
     Mesh mesh = asMesh(std::move(surface));

@@ -237,6 +237,7 @@ private:
         pairs_ = crossingPairs(tree_, mesh_);
     }
 
+    // Moves the vertices back, and looks for crossings along their ways.
     void returnTo(const std::vector<DualVec3>& start) {
         const auto hasMoved = [&](std::uint32_t v) { return mesh_.vertex[v].position != start[v].position; };
         tree_.deactivateAll();
